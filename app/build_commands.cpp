@@ -12,6 +12,7 @@
 #include "app/parts.h"
 #include "app/project_options.h"
 #include "app/terminal.h"
+#include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/camera/align.h"
 #include "core/capture/capture.h"
@@ -26,6 +27,7 @@
 #include "core/project/run_stages.h"
 #include "core/project/staleness.h"
 #include "core/render/avatar.h"
+#include "core/scene/track.h"
 
 namespace likeness::app {
 
@@ -102,16 +104,21 @@ nlohmann::json summary(const Project& project) {
                                               {"warnings", record.warnings}};
   }
   nlohmann::json summary{{"project", project.folder.string()}, {"stages", stages}};
-  if (const auto capture = read_capture(capture_path(project))) {
-    summary["shots"] = nlohmann::json::array();
-    for (const ClipShot& shot : capture->shots)
-      summary["shots"].push_back({{"first", shot.first},
-                                  {"last", shot.last},
-                                  {"from_s", shot.from_s},
-                                  {"to_s", shot.to_s},
-                                  {"used", shot.used},
-                                  {"reason", shot.reason}});
-  }
+  if (is_current(project, Stage::align))
+    if (const auto cameras = read_cameras(cameras_path(project))) {
+      summary["camera"] = camera_kind_name(cameras->kind);
+      summary["shots"] = nlohmann::json::array();
+      for (const CameraShot& shot : cameras->shots)
+        summary["shots"].push_back(
+            {{"from_s", shot.from_s}, {"to_s", shot.to_s}, {"camera", camera_kind_name(shot.camera)}});
+    }
+  if (is_current(project, Stage::fit))
+    if (const auto track = read_track(track_path(project)); track && !track->rest.frames.empty())
+      summary["rest"] = {{"frames", track->rest.frames},
+                         {"asked", track->rest.asked},
+                         {"trust", track->rest.trust},
+                         {"why", track->rest.why},
+                         {"warning", track->rest.warning}};
   if (is_current(project, Stage::train))
     if (const auto avatar = read_avatar(avatar_path(project))) summary["parts"] = parts_json(avatar->parts);
   return summary;
@@ -201,6 +208,11 @@ Result<void> check_given(const CLI::App& verb, const Project& before, const Proj
     if (!capture) return capture.error();
     if (const auto fine = check_left_out(*capture, options.train.left_out); !fine) return fine;
   }
+  if (given("rest_frames") && path_exists(capture_path(before))) {
+    const auto capture = read_capture(capture_path(before));
+    if (!capture) return capture.error();
+    if (const auto fine = check_rest_frames(*capture, options.fit.rest_frames); !fine) return fine;
+  }
   return given("refits") ? check_project_refits(before, options.fit.refits) : Result<void>();
 }
 
@@ -243,7 +255,8 @@ int run_align_photos(const BuildArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const ProgressLine line(arguments.common);
   // Photographs may or may not show a person: what the face detector finds is masked.
-  const auto person = coarse_person_mask(arguments.given.options.shared.landmark_model, Pictures::single);
+  const auto person = coarse_person_mask(arguments.given.options.shared.landmark_model, Pictures::single,
+                                         arguments.given.options.shared.person_network);
   if (!person) return report_failure(person.error());
   const auto aligned =
       align_photos(arguments.input, *person, work, options, line.progress(), stop_on_signals());
@@ -254,7 +267,8 @@ int run_align_photos(const BuildArguments& arguments) {
   if (arguments.common.json) {
     print_json({{"frames", aligned->frames},
                 {"registered", aligned->registered},
-                {"static", aligned->cameras.is_static},
+                {"static", aligned->cameras.rests()},
+                {"camera", camera_kind_name(aligned->cameras.kind)},
                 {"seconds", seconds},
                 {"reprojection_px", aligned->cameras.reprojection_px}});
   } else {

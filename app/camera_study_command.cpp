@@ -9,6 +9,8 @@
 #include "app/commands.h"
 #include "app/tables.h"
 #include "app/terminal.h"
+#include "app/view_tables.h"
+#include "app/work_folder.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/lab/truth/camera_truth.h"
@@ -64,24 +66,6 @@ Table cameras_table(const std::vector<CameraRow>& rows) {
   return table;
 }
 
-// A temporary folder, removed when the study ends.
-class WorkFolder {
- public:
-  WorkFolder() {
-    std::error_code ignored;
-    std::string name = (fs::temp_directory_path(ignored) / "likeness_cameras_XXXXXX").string();
-    if (::mkdtemp(name.data()) != nullptr) path_ = name;
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 int run(const CameraStudyArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
   const auto truth = read_camera_truth(arguments.folder);
@@ -97,7 +81,7 @@ int run(const CameraStudyArguments& arguments) {
     }
     masks.push_back(std::move(mask));
   }
-  const WorkFolder work;
+  const WorkFolder work("cameras");
   if (work.path().empty())
     return report_failure(file_error(fs::temp_directory_path(), "create a folder in", errno));
   AlignOptions options;
@@ -108,8 +92,9 @@ int run(const CameraStudyArguments& arguments) {
     rows = study_cameras(*truth, masks, work.path(), options, line.progress(), stop_on_signals());
   }
   if (!*rows) return report_failure(rows->error());
-  const Table table = cameras_table(**rows);
-  return report_tables(arguments.common, arguments.output, {&table, 1});
+  std::vector<Table> tables = {cameras_table(**rows), views_table("masks")};
+  for (const CameraRow& row : **rows) add_views(tables.back(), row.masks, row.kind, truth->kind, row.views);
+  return report_tables(arguments.common, arguments.output, tables);
 }
 
 }  // namespace

@@ -34,16 +34,18 @@ nlohmann::json to_json(const Card& card) {
                      {"what", m.what},
                      {"film_again", m.film_again}});
   const auto range = [](double low, double high) { return json{low * kDegrees, high * kDegrees}; };
-  return {{"frames",
-           {{"trained", card.trained}, {"weak", card.weak}, {"lost", card.lost}, {"refused", card.refused}}},
-          {"seen_from_deg",
-           {{"yaw", range(card.low.yaw, card.high.yaw)},
-            {"pitch", range(card.low.pitch, card.high.pitch)},
-            {"roll", range(card.low.roll, card.high.roll)}}},
-          {"expressions", expressions},
-          {"gaps", gaps},
-          {"parts", parts_json(card.parts)},
-          {"worst", worst}};
+  return {
+      {"frames",
+       {{"trained", card.trained}, {"weak", card.weak}, {"lost", card.lost}, {"refused", card.refused}}},
+      {"seen_from_deg",
+       {{"yaw", range(card.low.yaw, card.high.yaw)},
+        {"pitch", range(card.low.pitch, card.high.pitch)},
+        {"roll", range(card.low.roll, card.high.roll)}}},
+      {"expressions", expressions},
+      {"mouth", {{"widest", card.mouth.widest}, {"smile", card.mouth.smile}, {"teeth", card.mouth.teeth}}},
+      {"gaps", gaps},
+      {"parts", parts_json(card.parts)},
+      {"worst", worst}};
 }
 
 void print_card(const Card& card) {

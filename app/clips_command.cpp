@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
+#include "app/project_options.h"
 #include "app/terminal.h"
 #include "core/project/care.h"
 #include "core/project/further_clips.h"
@@ -17,7 +18,7 @@ namespace {
 struct ClipsArguments {
   CommonOptions common;
   std::filesystem::path project, add;
-  bool resting_camera = false;
+  std::optional<CameraKind> camera;
   std::optional<int> remove;
 };
 
@@ -50,7 +51,7 @@ int run_clips(const ClipsArguments& arguments) {
     if (const auto removed = remove_further_clip(*project, *arguments.remove); !removed)
       return report_failure(removed.error());
   if (!arguments.add.empty()) {
-    const auto number = add_further_clip(*project, arguments.add, arguments.resting_camera);
+    const auto number = add_further_clip(*project, arguments.add, arguments.camera);
     if (!number) return report_failure(number.error());
   }
   const nlohmann::json clips = list(*project);
@@ -74,7 +75,8 @@ void add_clips_command(CLI::App& program, int& exit_code) {
       "clips", "The clips of a project; further ones of the same person show what the first did not");
   clips->add_option("project", a->project, "Project folder")->required();
   CLI::Option* add = clips->add_option("--add", a->add, "Another clip of the same person");
-  clips->add_flag("--resting-camera", a->resting_camera, "The camera of the added clip rests")->needs(add);
+  add_camera_kind_option(*clips, a->camera)->needs(add);
+  add_resting_flag(*clips, a->camera)->needs(add);
   clips->add_option("--remove", a->remove, "Remove the clip with this number, and what was made of it")
       ->check(CLI::Range(kFirstFurtherClip, 1'000'000));
   add_common_options(*clips, a->common);

@@ -1,15 +1,18 @@
 // likeness demo: write the built-in capture with its ground truth, or its true detail maps; or list the
 // people and lights it can have.
+#include <map>
 #include <memory>
 #include <optional>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/lab/truth/true_detail.h"
 #include "core/synth/cast.h"
+#include "core/synth/demo_camera.h"
 #include "core/synth/demo_capture.h"
 
 namespace likeness::app {
@@ -21,6 +24,8 @@ struct DemoArguments {
   std::filesystem::path folder;
   std::filesystem::path displacement, out;  // a project fitted to the demo, and where its true maps go
   DemoOptions options;
+  double hand_shift_mm = 1000 * DemoOptions().hand_shift_m;
+  int height = 0;  // 0: as wide
   bool list = false;
 };
 
@@ -80,6 +85,40 @@ int run(DemoArguments arguments) {
   return kExitDone;
 }
 
+// The faults of a phone's films.
+void add_fault_options(CLI::App& verb, DemoArguments& a) {
+  DemoOptions& o = a.options;
+  std::map<std::string, DemoCamera> cameras;
+  for (std::size_t i = 0; i < demo_camera_names().size(); ++i)
+    cameras[demo_camera_names()[i]] = DemoCamera(i);
+  verb.add_option("--camera", o.camera,
+                  fmt::format("How it is filmed: {}; default: guided, as people are asked to film",
+                              fmt::join(demo_camera_names(), ", ")))
+      ->transform(CLI::CheckedTransformer(cameras));
+  verb.add_option("--hand-turn", o.hand_turn_deg,
+                  "handheld, zoom: the hand turns the camera by at most this, °")
+      ->check(CLI::Range(0.0, kMostHandTurn_deg))
+      ->capture_default_str();
+  verb.add_option("--hand-shift", a.hand_shift_mm,
+                  "handheld, zoom: and displaces it by at most this, mm; 0: it only turns")
+      ->check(CLI::Range(0.0, 1000 * kMostHandShift_m))
+      ->capture_default_str();
+  verb.add_option("--cuts", o.cuts, "Hard cuts, of different kinds")->check(CLI::Range(0, 100));
+  verb.add_option("--hair", o.hair, "own, or loose: long, before and behind the shoulders")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, DemoHair>{{"own", DemoHair::own}, {"loose", DemoHair::loose}}));
+  verb.add_option("--wall", o.wall,
+                  "Instead of the room: plain, a wall without texture; textured, with plaster")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, DemoWall>{
+          {"furnished", DemoWall::furnished}, {"plain", DemoWall::plain}, {"textured", DemoWall::textured}}));
+  verb.add_flag("--still-torso", o.still_torso, "The torso does not move");
+  verb.add_flag("--drift", o.drift, "Exposure, white balance and focus wander");
+  verb.add_flag("--motion-blur", o.motion_blur, "What moves quickly is blurred");
+  verb.add_flag("--lens-tag", o.lens_tag, "The film says its focal length, as phones do");
+  verb.add_option("--height", a.height, "Height of the picture, px; default: as wide, a square")
+      ->check(CLI::Range(96, 2048));
+}
+
 }  // namespace
 
 void add_demo_command(CLI::App& program, int& exit_code) {
@@ -91,7 +130,9 @@ void add_demo_command(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(0, int(demo_people().size()) - 1));
   verb->add_option("--light", a->options.light, "In which light; see --list")
       ->check(CLI::Range(0, int(demo_lights().size()) - 1));
-  verb->add_option("--size", a->options.width, "Side of the square picture, px")->check(CLI::Range(96, 2048));
+  verb->add_option("--size", a->options.width,
+                   "Width of the picture, px, and its height, if that is not given")
+      ->check(CLI::Range(96, 2048));
   verb->add_option("--frames", a->options.frames, "Number of frames")->check(CLI::Range(8, 10000));
   verb->add_option("--moving-share", a->options.moving_share, "Share of the frames in which the camera moves")
       ->check(CLI::Range(0.0, 1.0));
@@ -99,6 +140,7 @@ void add_demo_command(CLI::App& program, int& exit_code) {
                  "The head turns already while the camera moves, as nobody should film");
   verb->add_flag("--habit", a->options.habit,
                  "Now and then the person puffs one cheek, which no expression of a head model carries");
+  add_fault_options(*verb, *a);
   verb->add_option("--samples", a->options.samples_per_pixel, "Rays per pixel")->check(CLI::Range(1, 64));
   CLI::Option* maps = verb->add_option(
       "--displacement", a->displacement,
@@ -108,7 +150,8 @@ void add_demo_command(CLI::App& program, int& exit_code) {
   add_common_options(*verb, a->common);
   verb->callback([a, folder, list, &exit_code] {
     if (list->count() == 0 && folder->count() == 0) throw CLI::RequiredError("folder");
-    a->options.height = a->options.width;
+    a->options.height = a->height > 0 ? a->height : a->options.width;
+    a->options.hand_shift_m = a->hand_shift_mm / 1000;
     exit_code = run(*a);
   });
 }

@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "core/camera/process.h"
 #include "core/device/load_device.h"
 #include "core/face/landmarks.h"
+#include "core/network/installed_networks.h"
 
 namespace likeness::app {
 
@@ -32,6 +34,14 @@ Finding check_landmarks() {
     return {"face landmarks", true, true, "dlib's 68-point model (for research use: trained on iBUG 300-W)",
             ""};
   return {"face landmarks", false, true, detector.error().what, detector.error().fix};
+}
+
+// Read and held against its hash.
+Finding check_network(const InstalledNetworkFile& file) {
+  const auto network = load_installed_network(file.network);
+  const std::string part = "network " + std::filesystem::path(file.file).stem().string();
+  if (!network) return {part, false, false, network.error().what, network.error().fix};
+  return {part, true, false, fmt::format("{}: {}", file.what, network->origin().string()), ""};
 }
 
 Finding check_colmap() {
@@ -66,25 +76,27 @@ Finding check_cuda() {
 }
 
 int run(const CommonOptions& common) {
-  const std::vector<Finding> findings{
-      {"processor", true, true, fmt::format("{} threads", hardware_threads()), ""},
-      check_memory(),
-      check_landmarks(),
-      check_colmap(),
-      {"head models", true, false,
-       "the built-in one; --head-model takes FLAME's .pkl, ICT-FaceKit's folder or a .npz", ""},
-      check_display(),
-      check_cuda()};
+  std::vector<Finding> findings{{"processor", true, true, fmt::format("{} threads", hardware_threads()), ""},
+                                check_memory(),
+                                check_landmarks()};
+  for (const InstalledNetworkFile& file : installed_network_files()) findings.push_back(check_network(file));
+  findings.push_back(check_colmap());
+  findings.push_back({"head models", true, false,
+                      "the built-in one; --head-model takes FLAME's .pkl, ICT-FaceKit's folder or a .npz",
+                      ""});
+  findings.push_back(check_display());
+  findings.push_back(check_cuda());
   bool healthy = true;
   nlohmann::json list = nlohmann::json::array();
-  for (const Finding& f : findings) {
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    const Finding& f = findings[i];
     healthy &= f.ok || !f.needed;
     list.push_back(
         {{"part", f.part}, {"ok", f.ok}, {"needed", f.needed}, {"found", f.found}, {"remedy", f.remedy}});
-    if (!common.json) {
-      fmt::print("{:>8}  {:<15} {}\n", f.ok ? "ok" : f.needed ? "MISSING" : "-", f.part, f.found);
-      if (!f.remedy.empty()) fmt::print("{:>8}  {:<15} {}\n", "", "", f.remedy);
-    }
+    if (common.json) continue;
+    fmt::print("{:>8}  {:<21} {}\n", f.ok ? "ok" : f.needed ? "MISSING" : "-", f.part, f.found);
+    const bool said_next = i + 1 < findings.size() && findings[i + 1].remedy == f.remedy;  // once for all
+    if (!f.remedy.empty() && !said_next) fmt::print("{:>8}  {:<21} {}\n", "", "", f.remedy);
   }
   if (common.json) print_json({{"healthy", healthy}, {"findings", list}});
   return healthy ? kExitDone : kExitFailed;

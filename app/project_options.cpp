@@ -15,6 +15,8 @@ namespace likeness::app {
 
 namespace {
 
+constexpr const char* kRestingFlag = "--resting-camera";
+
 // Adds one row's flag, by the kind of its value.
 struct AddOption {
   CLI::App& verb;
@@ -46,6 +48,9 @@ struct AddOption {
     for (const Split known : kSplits) names.emplace(split_name(known), known);
     plain(split)->transform(CLI::CheckedTransformer(std::move(names)));
   }
+  void operator()(std::optional<CameraKind>& kind) const {
+    add_camera_kind_option(verb, kind, row.flag, row.help);
+  }
   void operator()(std::optional<FieldMode>& mode) const { add_mode_option(verb, mode); }
   // Lists are kept with the clip: they are read as words, and parsed once the project is known.
   template <class List>
@@ -54,11 +59,25 @@ struct AddOption {
 
 }  // namespace
 
+CLI::Option* add_camera_kind_option(CLI::App& verb, std::optional<CameraKind>& kind, const std::string& flag,
+                                    const std::string& help) {
+  return verb
+      .add_option_function<std::string>(
+          flag, [&kind](const std::string& name) { kind = camera_kind_named(name); }, help)
+      ->check(CLI::IsMember({"auto", "resting", "handheld", "walking"}));
+}
+
+CLI::Option* add_resting_flag(CLI::App& verb, std::optional<CameraKind>& kind) {
+  return verb.add_flag_callback(
+      kRestingFlag, [&kind] { kind = CameraKind::resting; }, "Short for --camera-kind resting");
+}
+
 void add_project_options(CLI::App& verb, bool OptionVerbs::*takes, GivenOptions& given) {
   for (const OptionRow& row : option_table()) {
     if (!(row.verbs.*takes)) continue;
     if (!row.kept_with_clip) {
       with_option(row, given.options, AddOption{verb, row});
+      if (std::string_view(row.key) == "camera_kind") add_resting_flag(verb, given.options.align.camera);
       continue;
     }
     CLI::Option* words = verb.add_option(row.flag, given.words[row.key], row.help)->allow_extra_args(false);
@@ -68,8 +87,11 @@ void add_project_options(CLI::App& verb, bool OptionVerbs::*takes, GivenOptions&
 }
 
 bool is_given(const CLI::App& verb, std::string_view key) {
-  const CLI::Option* option = verb.get_option_no_throw(option_row(key).flag);
-  return option != nullptr && option->count() > 0;
+  const auto stands = [&](const char* flag) {
+    const CLI::Option* option = verb.get_option_no_throw(flag);
+    return option != nullptr && option->count() > 0;
+  };
+  return stands(option_row(key).flag) || (key == "camera_kind" && stands(kRestingFlag));
 }
 
 Result<void> apply_given(const CLI::App& verb, const GivenOptions& given, ProjectOptions& options) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,12 @@ struct GivenOptions {
 
 // The flags of one verb, in the table's order. Before add_common_options, which adds --seed where it is not.
 void add_project_options(CLI::App& verb, bool OptionVerbs::*takes, GivenOptions& given);
+
+// --camera-kind and its short form for a camera at rest. The last of them on the command line counts.
+CLI::Option* add_camera_kind_option(CLI::App& verb, std::optional<CameraKind>& kind,
+                                    const std::string& flag = "--camera-kind",
+                                    const std::string& help = "What the camera of the added clip does");
+CLI::Option* add_resting_flag(CLI::App& verb, std::optional<CameraKind>& kind);
 
 // Whether a choice's flag stands on the command line.
 bool is_given(const CLI::App& verb, std::string_view key);

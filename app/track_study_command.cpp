@@ -138,7 +138,8 @@ Result<StudyClip> study_clip(const TrackStudyArguments& arguments) {
     auto cameras = read_cameras(cameras_path(*project));
     if (!cameras) return cameras.error();
     clip.video = project->options.shared.video;
-    clip.region = {capture->crop.x, capture->crop.y, capture->crop.side, capture->crop.side};
+    const PixelRect part = tracked_part(*capture);
+    clip.region = {part.x, part.y, part.width, part.height};
     clip.cameras = std::move(*cameras);
     clip.held_out = held_out_frames(*capture);
     if (models.shared.head_model.empty()) models.shared.head_model = project->options.shared.head_model;

@@ -1,4 +1,4 @@
-# Sourced by packaging/run and packaging/test: installs what is missing, configures and builds.
+# Sourced by packaging/run and packaging/test: installs what is missing, makes the networks, configures and builds.
 # Needs: $root, the checkout. The package names of Debian 12 and 13; other systems get the list to install by hand.
 
 # package:why
@@ -83,6 +83,13 @@ install_missing() {
   fi
   "${sudo[@]}" apt-get update -qq
   "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]%%:*}"
+}
+
+# The networks for person and face, where they can be had: whatever comes of it, all else goes on. Nothing is fetched
+# where LIKENESS_NETWORKS says that they lie elsewhere.
+make_networks() {
+  [ -n "${LIKENESS_NETWORKS:-}" ] || "$root/packaging/networks" ||
+    say "Going on without them; packaging/networks makes them later." >&2
 }
 
 # configure_and_build PRESET [cmake options]: a compiler cache is used where there is one. build_target: one target

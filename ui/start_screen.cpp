@@ -153,9 +153,10 @@ void draw_licences() {
   body_text("Nothing leaves this computer. Likeness opens no connection and needs none.");
   ImGui::Dummy({0, px(4)});
   body_text(
-      "Likeness itself is under the Apache-2.0 licence. The built-in head is part of it. The face landmark "
-      "model comes with dlib; its training data (iBUG 300-W) is for research use only. Another model of the "
-      "same kind can be given on the command line with --landmark-model.");
+      "Likeness itself is under the Apache-2.0 licence, as are the networks for person and face, which are "
+      "MediaPipe's. The built-in head is part of Likeness. The face landmark model comes with dlib; its "
+      "training data (iBUG 300-W) is for research use only. Another model of the same kind can be given on "
+      "the command line with --landmark-model.");
   ImGui::Dummy({0, px(4)});
   body_text(
       "Head models that are not part of Likeness, such as FLAME, keep their own licences, most of them for "

@@ -4,23 +4,13 @@
 
 #include <filesystem>
 #include <stop_token>
-#include <string>
-#include <vector>
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/camera/align_options.h"
-#include "core/camera/camera.h"
+#include "core/camera/align_result.h"
 
 namespace likeness {
-
-struct AlignResult {
-  CameraSet cameras;
-  std::string evidence;  // why the camera was taken as static or moving, in words with numbers
-  int frames = 0, registered = 0;
-  std::vector<std::string> warnings;
-  std::vector<std::string> photos;  // align_photos: file name of photograph `frame` = 0, 1, ...
-};
 
 // work: folder for colmap's database and images; kept, so that an interrupted solve continues.
 Result<AlignResult> align_clip(const std::filesystem::path& video, const PersonMask& person,

@@ -3,10 +3,14 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "core/camera/camera.h"
 #include "core/image/image.h"
+#include "core/image/pixel_rect.h"
 #include "core/video/frame_span.h"
 
 namespace likeness {
@@ -17,8 +21,10 @@ using PersonMask = std::function<Image8(int frame, const Image8& rgb)>;
 
 struct AlignOptions {
   double static_motion_px_per_1000 = 1.5;  // median background motion, in px per 1000 px of picture width
-  bool resting = false;                    // the user's word that the camera rests: nothing is measured
+  std::optional<CameraKind> kind{};        // the user's word; resting: nothing is measured
+  std::set<int> held_out{};                // frames that say nothing about a hand-held camera's other ones
   double lens_mm = 0;             // and on its lens, as film_intrinsics takes it; 0: as the clip says
+  PixelRect film{};               // what was filmed of the clip's pictures, px; empty: all of them
   int keyframes = 80;             // at most this many go through colmap
   int colmap_width = 540;         // px the keyframes are reduced to; raising it costs quadratically
   int colmap_features = 2000;     // per keyframe

@@ -84,7 +84,7 @@ Result<AlignResult> align_photos(const fs::path& folder, const PersonMask& perso
   if (!model) return model.error();
   AlignResult result;
   for (const auto& photo : *photos) result.photos.push_back(photo.filename().string());
-  result.cameras.is_static = false;
+  result.cameras.kind = CameraKind::walking;
   result.cameras.scale = CameraScale::arbitrary;
   result.frames = int(photos->size());
   result.registered = int(model->images.size());

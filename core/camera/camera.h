@@ -5,10 +5,12 @@
 
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "core/base/linalg.h"
 #include "core/base/result.h"
+#include "core/image/pixel_rect.h"
 
 namespace likeness {
 
@@ -26,13 +28,31 @@ struct Camera {
 
 enum class CameraScale { arbitrary, metric };
 
+// What the camera does. A hand-held one turns and zooms about one place: what it sees behind the person is a
+// wall without parallax. A walking one shows the room from several places.
+enum class CameraKind { resting, handheld, walking };
+
+// "resting", "handheld", "walking"
+const char* camera_kind_name(CameraKind kind);
+std::optional<CameraKind> camera_kind_named(std::string_view name);
+
+// A stretch of a clip between two cuts.
+struct CameraShot {
+  double from_s = 0, to_s = 0;
+  CameraKind camera = CameraKind::resting;
+};
+
 // Cameras of a clip, on whole uncropped frames (rotation tag already applied).
 struct CameraSet {
-  bool is_static = true;  // one camera for every frame; world = camera
+  CameraKind kind = CameraKind::resting;
   CameraScale scale = CameraScale::metric;
   double reprojection_px = 0;  // mean, of a structure-from-motion solve
-  std::vector<Camera>
-      cameras;  // static: exactly one, frame = -1; moving: ascending frame, frames may be missing
+  // Resting: exactly one, frame = -1, and the world is its frame. Otherwise ascending frame, frames may be
+  // missing; hand-held ones are all at the world's origin, each with its own zoom.
+  std::vector<Camera> cameras;
+  std::vector<CameraShot> shots{};  // in order; empty: the whole clip is one
+
+  bool rests() const { return kind == CameraKind::resting; }
 };
 
 // Camera of a source frame; nullptr where the solve has none.
@@ -48,11 +68,22 @@ Eigen::Matrix<T, 2, 1> project(const Intrinsics& k, const Eigen::Matrix<T, 3, 1>
   return {T(k.fx) * xd + T(k.cx), T(k.fy) * yd + T(k.cy)};
 }
 
+// Of a pinhole without distortion, (3, 3): takes directions in the camera frame to homogeneous pixels, and
+// back.
+Mat3d pinhole_matrix(const Intrinsics& k);
+Mat3d inverse_pinhole_matrix(const Intrinsics& k);
+
 // Direction (not normalised, z = 1) in the camera frame of the ray through a pixel; inverts the distortion.
 Vec3d ray_direction(const Intrinsics& k, const Vec2d& pixel);
 
 // Intrinsics of the square [x, x+side) x [y, y+side) of the picture, resampled to size x size pixels.
 Intrinsics crop_intrinsics(const Intrinsics& k, double x, double y, double side, int size);
+
+// The same view of a part of its picture; an empty one: of all of it.
+Camera view_of_part(Camera camera, const PixelRect& part);
+
+// Intrinsics of a part of a picture, for the whole one, which is `width` by `height`. part empty: the whole.
+Intrinsics in_whole_picture(Intrinsics k, const PixelRect& part, int width, int height);
 
 // The same view at another picture width.
 Camera resized(Camera camera, int width);

@@ -32,6 +32,18 @@ std::string camera_line(const Camera& camera) {
   return line + "]}";
 }
 
+std::string shots_text(const std::vector<CameraShot>& shots) {
+  std::string text;
+  for (const CameraShot& shot : shots)
+    text += fmt::format(R"({}{{"from_s":{:.17g},"to_s":{:.17g},"camera":"{}"}})", text.empty() ? "" : ",",
+                        shot.from_s, shot.to_s, camera_kind_name(shot.camera));
+  return text;
+}
+
+std::optional<CameraKind> kind_from_json(const nlohmann::json& name) {
+  return camera_kind_named(name.get<std::string>());
+}
+
 // Reads one camera; returns what is wrong with it, or an empty string.
 std::string parse_camera(const nlohmann::json& entry, Camera& camera) {
   Intrinsics& k = camera.intrinsics;
@@ -65,9 +77,10 @@ Result<void> write_cameras(const std::filesystem::path& path, const CameraSet& s
       "{{\n\"format\":\"likeness-cameras\",\"version\":{},\n"
       "\"units\":{{\"length\":\"{}\",\"intrinsics\":\"px\",\"axes\":\"OpenCV: x right, y down, z "
       "forward\"}},\n"
-      "\"static\":{},\"scale\":\"{}\",\"reprojection_px\":{:.17g},\n\"cameras\":[\n",
-      kVersion, set.scale == CameraScale::metric ? "m" : "arbitrary", set.is_static,
-      set.scale == CameraScale::metric ? "metric" : "arbitrary", set.reprojection_px);
+      "\"camera\":\"{}\",\"static\":{},\"scale\":\"{}\",\"reprojection_px\":{:.17g},\n\"shots\":[{}],\n"
+      "\"cameras\":[\n",
+      kVersion, set.scale == CameraScale::metric ? "m" : "arbitrary", camera_kind_name(set.kind), set.rests(),
+      set.scale == CameraScale::metric ? "metric" : "arbitrary", set.reprojection_px, shots_text(set.shots));
   for (std::size_t i = 0; i < set.cameras.size(); ++i)
     text += camera_line(set.cameras[i]) + (i + 1 < set.cameras.size() ? ",\n" : "\n");
   return write_text(path, text + "]}\n");
@@ -92,7 +105,19 @@ Result<CameraSet> read_cameras(const std::filesystem::path& path) {
         return bad_cameras(path, fmt::format("Camera {} has {}.", set.cameras.size() + 1, fault));
       set.cameras.push_back(camera);
     }
-    set.is_static = json.value("static", set.cameras.size() == 1 && set.cameras.front().frame < 0);
+    // Files from before "camera" say only whether it rests.
+    const bool rests = json.value("static", set.cameras.size() == 1 && set.cameras.front().frame < 0);
+    set.kind = rests ? CameraKind::resting : CameraKind::walking;
+    if (json.contains("camera")) {
+      const auto kind = kind_from_json(json.at("camera"));
+      if (!kind) return bad_cameras(path, "The file names a kind of camera that is not known.");
+      set.kind = *kind;
+    }
+    for (const auto& entry : json.value("shots", nlohmann::json::array())) {
+      const auto kind = kind_from_json(entry.at("camera"));
+      if (!kind) return bad_cameras(path, "The file names a kind of camera that is not known.");
+      set.shots.push_back({entry.at("from_s").get<double>(), entry.at("to_s").get<double>(), *kind});
+    }
     set.scale = json.value("scale", "arbitrary") == std::string("metric") ? CameraScale::metric
                                                                           : CameraScale::arbitrary;
     set.reprojection_px = json.value("reprojection_px", 0.0);
@@ -100,9 +125,9 @@ Result<CameraSet> read_cameras(const std::filesystem::path& path) {
     return bad_cameras(path, fmt::format("This is not a cameras.json: {}.", fault.what()));
   }
   if (set.cameras.empty()) return bad_cameras(path, "The file holds no camera.");
-  if (set.is_static && set.cameras.size() != 1)
+  if (set.rests() && set.cameras.size() != 1)
     return bad_cameras(
-        path, fmt::format("A static camera is a single camera; the file holds {}.", set.cameras.size()));
+        path, fmt::format("A resting camera is a single camera; the file holds {}.", set.cameras.size()));
   std::sort(set.cameras.begin(), set.cameras.end(),
             [](const Camera& a, const Camera& b) { return a.frame < b.frame; });
   for (std::size_t i = 1; i < set.cameras.size(); ++i)

@@ -5,9 +5,16 @@
 
 namespace likeness {
 
-CameraSet assumed_camera(const VideoInfo& info) {
+CameraSet assumed_camera(const VideoInfo& info, const PixelRect& film) {
   CameraSet set;
-  set.cameras = {Camera{-1, assumed_intrinsics(info.width, info.height, info.focal_35mm)}};
+  if (film.empty()) {
+    set.cameras = {Camera{-1, assumed_intrinsics(info.width, info.height, info.focal_35mm)}};
+    return set;
+  }
+  Intrinsics lens = assumed_intrinsics(film.width, film.height, info.focal_35mm);
+  lens.cx += film.x, lens.cy += film.y;
+  lens.width = info.width, lens.height = info.height;
+  set.cameras = {Camera{-1, lens}};
   return set;
 }
 

@@ -28,11 +28,17 @@ constexpr int kRestSamples = 8;  // frames of a rest that are solved and average
 
 fs::path kept_motion_path(const fs::path& folder) { return folder / "motion.json"; }
 
+// Only of a clip with bars, so that what was kept of others stays.
+std::string film_text(const PixelRect& film) {
+  return film.empty() ? "" : fmt::format(" film {} {} {} {}", film.x, film.y, film.width, film.height);
+}
+
 }  // namespace
 
 std::string motion_inputs(const std::string& video_hash, const AlignOptions& options) {
-  std::string inputs =
-      fmt::format("motion {} {} {} {}", kMotionVersion, video_hash, rest_limit(options), options.mask_inputs);
+  std::string inputs = fmt::format("motion {} {} {} {}", kMotionVersion, video_hash, rest_limit(options),
+                                   options.mask_inputs) +
+                       film_text(options.film);
   for (const FrameSpan& part : options.stretches) inputs += fmt::format(" {}-{}", part.first, part.last);
   return inputs;
 }
@@ -76,6 +82,63 @@ std::optional<BackgroundMotion> kept_motion(const fs::path& folder, const std::s
   }
 }
 
+namespace {
+
+fs::path background_greys(const fs::path& folder) { return folder / "background.greys"; }
+fs::path background_masks(const fs::path& folder) { return folder / "background.masks"; }
+
+Result<void> write_greys(const fs::path& path, const std::string& inputs, const std::vector<int>& frames,
+                         const std::vector<Image8>& pictures) {
+  auto writer = GreyPictureWriter::create(path, {inputs, pictures[0].width, pictures[0].height, frames});
+  if (!writer) return writer.error();
+  for (const Image8& picture : pictures)
+    if (auto added = writer->add(picture); !added) return added;
+  return writer->finish();
+}
+
+std::optional<std::vector<Image8>> read_greys(const fs::path& path, const std::string& inputs,
+                                              std::vector<int>& frames) {
+  auto reader = GreyPictureReader::open(path);
+  if (!reader || reader->about().inputs != inputs) return std::nullopt;
+  frames = reader->about().frames;
+  std::vector<Image8> pictures;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    auto next = reader->next();
+    if (!next) return std::nullopt;
+    pictures.push_back(std::move(*next));
+  }
+  return pictures;
+}
+
+}  // namespace
+
+Result<void> keep_background(const fs::path& folder, const std::string& inputs,
+                             const BackgroundPictures& pictures) {
+  if (pictures.grey.empty()) return {};
+  if (auto written = write_greys(background_greys(folder), inputs, pictures.frames, pictures.grey); !written)
+    return written;
+  if (pictures.person.empty()) return {};
+  std::vector<int> masked;
+  for (std::size_t i = 0; i < pictures.person.size(); ++i)
+    masked.push_back(pictures.frames[i * BackgroundPictures::kMaskEvery]);
+  return write_greys(background_masks(folder), inputs, masked, pictures.person);
+}
+
+std::optional<BackgroundPictures> kept_background(const fs::path& folder, const std::string& inputs) {
+  BackgroundPictures pictures;
+  auto greys = read_greys(background_greys(folder), inputs, pictures.frames);
+  if (!greys) return std::nullopt;
+  pictures.grey = std::move(*greys);
+  std::error_code ignored;
+  if (!fs::exists(background_masks(folder), ignored)) return pictures;
+  std::vector<int> masked;
+  auto masks = read_greys(background_masks(folder), inputs, masked);
+  const std::size_t every = BackgroundPictures::kMaskEvery;
+  if (!masks || masks->size() != (pictures.frames.size() + every - 1) / every) return std::nullopt;
+  pictures.person = std::move(*masks);
+  return pictures;
+}
+
 bool needs_path(const BackgroundMotion& motion, const AlignOptions& options) {
   return motion.tracks >= kLeastTracks && motion.motion > options.static_motion_px_per_1000;
 }
@@ -85,8 +148,9 @@ std::string keyframe_inputs(const std::string& video_hash, const BackgroundMotio
   std::string inputs =
       fmt::format("radial {} {} {} {} {}", video_hash, solve_width(motion.width, options.colmap_width),
                   options.colmap_features, options.seed, masked ? "masked" : "unmasked");
+  if (masked) inputs += " " + options.mask_inputs;  // another mask leaves other features
   for (const int frame : keyframes) inputs += fmt::format(" {}", frame);
-  return inputs;
+  return inputs + film_text(options.film);
 }
 
 int solve_width(int width, int wanted) {
@@ -114,7 +178,8 @@ fs::path kept_greys(const fs::path& folder) { return folder / "path.greys"; }
 void drop_path_pictures(const fs::path& folder) {
   std::error_code ignored;
   fs::remove_all(kept_keyframes(folder), ignored);
-  fs::remove(kept_greys(folder), ignored);
+  for (const fs::path& path : {kept_greys(folder), background_greys(folder), background_masks(folder)})
+    fs::remove(path, ignored);
 }
 
 struct PathPictures::State {

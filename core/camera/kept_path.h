@@ -27,6 +27,12 @@ Result<void> keep_motion(const std::filesystem::path& folder, const std::string&
 // nullopt: none of these inputs.
 std::optional<BackgroundMotion> kept_motion(const std::filesystem::path& folder, const std::string& inputs);
 
+// The pictures that were measured, of the same inputs.
+Result<void> keep_background(const std::filesystem::path& folder, const std::string& inputs,
+                             const BackgroundPictures& pictures);
+std::optional<BackgroundPictures> kept_background(const std::filesystem::path& folder,
+                                                  const std::string& inputs);
+
 // The camera goes somewhere, so align_clip solves its path.
 bool needs_path(const BackgroundMotion& motion, const AlignOptions& options);
 
@@ -70,7 +76,7 @@ class PathPictures {
 std::filesystem::path kept_keyframes(const std::filesystem::path& folder);  // a work folder (workplace.h)
 std::filesystem::path kept_greys(const std::filesystem::path& folder);      // core/video/grey_pictures.h
 
-// Nothing but the motion is needed once the cameras are known.
+// Nothing but the motion is needed once the cameras are known. Also removes the background's pictures.
 void drop_path_pictures(const std::filesystem::path& folder);
 
 }  // namespace likeness

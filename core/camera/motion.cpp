@@ -17,9 +17,11 @@ namespace likeness {
 namespace {
 
 constexpr int kWorkingWidth = 480;
-constexpr double kTravelStep = 0.02, kLeap = 0.09;  // of the width
-constexpr double kPersonMargin = 0.14;              // of the side of a square with the mask's area
-constexpr int kMaskEvery = 5;                       // frames between two askings for the person
+constexpr double kKeptMargin = 0.015;  // of the longer side: what a person moves until the next mask
+constexpr int kKeptSide = 480, kKeptSideOfMany = 320;  // px, the longer one of the pictures that are kept
+constexpr int kMany = 2400;                            // frames, which would take more than some 300 MB
+constexpr double kTravelStep = 0.02, kLeap = 0.09;     // of the width
+constexpr double kPersonMargin = 0.14;                 // of the side of a square with the mask's area
 constexpr int kPatience =
     3;  // frames off its place after which a rest has ended; fewer are a glitch (an arm, a flash)
 
@@ -187,20 +189,21 @@ class TravelRecorder {
   bool started_ = false;
 };
 
-cv::Mat background_of(const std::function<Image8(int, const Image8&)>& person, const VideoFrame& frame,
-                      cv::Size size) {
-  cv::Mat background(size, CV_8U, cv::Scalar(255));
-  if (!person) return background;
-  Image8 mask = person(frame.index, frame.rgb);
-  if (mask.empty()) return background;
-  const cv::Mat full(mask.height, mask.width, CV_8U, mask.data.data());
-  cv::resize(full, background, size, 0, 0, cv::INTER_AREA);
-  // A head that turns or nods leaves a coarse mask for a while, and a few features on hair are enough to make
-  // a plain wall move: here, unlike in the solve, a margin costs nothing.
-  const int margin = int(kPersonMargin * std::sqrt(double(cv::countNonZero(background))));
-  cv::dilate(background, background,
-             cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
-  return background == 0;
+// 255 = person, grown by `margin` px.
+cv::Mat person_at(const Image8& mask, cv::Size size, int margin) {
+  cv::Mat person(size, CV_8U, cv::Scalar(0));
+  if (mask.empty()) return person;
+  const cv::Mat full(mask.height, mask.width, CV_8U, const_cast<std::uint8_t*>(mask.data.data()));
+  cv::resize(full, person, size, 0, 0, cv::INTER_AREA);
+  if (margin < 0) margin = int(kPersonMargin * std::sqrt(double(cv::countNonZero(person))));
+  cv::dilate(person, person, cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
+  return person != 0;
+}
+
+Image8 copied(const cv::Mat& grey) {
+  Image8 picture(grey.cols, grey.rows, 1);
+  for (int y = 0; y < grey.rows; ++y) std::copy_n(grey.ptr(y), grey.cols, picture.at(0, y));
+  return picture;
 }
 
 }  // namespace
@@ -211,6 +214,7 @@ struct MotionMeter::State {
       : video(std::move(path)),
         person(std::move(mask_of)),
         size(working_size(info)),
+        kept_size(size_of_kept(info)),
         recorder(rest_px_per_1000 * size.width / 1000, 1000.0 / size.width),
         travel(kTravelStep * size.width, kLeap * size.width) {
     out.stride = sampling_stride(info);
@@ -224,6 +228,13 @@ struct MotionMeter::State {
             std::max(16, int(std::lround(info.height * scale)))};
   }
 
+  static cv::Size size_of_kept(const VideoInfo& info) {
+    const int side = info.frame_count / sampling_stride(info) > kMany ? kKeptSideOfMany : kKeptSide;
+    const double scale = std::min(1.0, double(side) / std::max(info.width, info.height));
+    return {std::max(16, int(std::lround(info.width * scale))),
+            std::max(16, int(std::lround(info.height * scale)))};
+  }
+
   void add(const VideoFrame& frame) {
     // OpenCV has no type for pixels that are only read.
     const cv::Mat rgb(frame.rgb.height, frame.rgb.width, CV_8UC3,
@@ -231,8 +242,20 @@ struct MotionMeter::State {
     cv::Mat grey, small;
     cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
     cv::resize(grey, small, size, 0, 0, cv::INTER_AREA);
-    if (out.frames.size() % kMaskEvery == 0 || background.empty())
-      background = background_of(person, frame, size);
+    cv::Mat kept;
+    cv::resize(grey, kept, kept_size, 0, 0, cv::INTER_AREA);
+    if (out.frames.size() % BackgroundPictures::kMaskEvery == 0 || background.empty()) {
+      const Image8 mask = person ? person(frame.index, frame.rgb) : Image8();
+      // A head that turns or nods leaves a coarse mask for a while, and a few features on hair are enough to
+      // make a plain wall move: for them a margin costs nothing. A dense solve needs what background there
+      // is.
+      background = person_at(mask, size, -1) == 0;
+      if (person)
+        pictures.person.push_back(copied(
+            person_at(mask, kept_size, int(kKeptMargin * std::max(kept_size.width, kept_size.height)))));
+    }
+    pictures.frames.push_back(frame.index);
+    pictures.grey.push_back(copied(kept));
     recorder.add(frame.index, small, background, out);
     FrameMotion& entry = out.frames.back();
     entry.travel = travel.add(small, background) * 1000 / size.width;
@@ -244,7 +267,8 @@ struct MotionMeter::State {
   std::filesystem::path video;
   std::function<Image8(int, const Image8&)> person;
   BackgroundMotion out;
-  cv::Size size;
+  cv::Size size, kept_size;
+  BackgroundPictures pictures;
   PathRecorder recorder;
   TravelRecorder travel;
   cv::Mat background;
@@ -286,13 +310,17 @@ Result<BackgroundMotion> MotionMeter::finish() {
   return out;
 }
 
+BackgroundPictures MotionMeter::take_pictures() { return std::move(state_->pictures); }
+
 Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
-                                                   std::stop_token stop,
+                                                   std::stop_token stop, BackgroundPictures* pictures,
+                                                   const PixelRect& film,
                                                    const std::vector<FrameSpan>& stretches) {
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
+  reader->show_part(film);
   const VideoInfo info = reader->info();
   MotionMeter meter(info, video, person, rest_px_per_1000);
   int count = 0;
@@ -306,6 +334,7 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
                                }};
   if (const auto decoded = decode_for(*reader, {&listener, 1}, stop); !decoded) return decoded.error();
   auto motion = meter.finish();
+  if (pictures) *pictures = meter.take_pictures();
   if (motion) progress.report(1);
   return motion;
 }

@@ -2,6 +2,7 @@
 // the camera moves, where it rests, and which frames show it from usefully different places.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -12,6 +13,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/image/image.h"
+#include "core/image/pixel_rect.h"
 #include "core/video/frame_span.h"
 
 namespace likeness {
@@ -39,6 +41,18 @@ struct BackgroundMotion {
   std::vector<RestStretch> rests;   // at least a second long each
 };
 
+// The same frames small and grey, and where the person is in them: what a hand-held camera is solved on.
+struct BackgroundPictures {
+  std::vector<int> frames;
+  std::vector<Image8> grey;  // one for each of the frames, all of one size
+  std::vector<Image8>
+      person;  // of every kMaskEvery-th frame, from the first on: 255 = not background; or none
+  const Image8* person_at(std::size_t i) const {
+    return person.empty() ? nullptr : &person[std::min(i / kMaskEvery, person.size() - 1)];
+  }
+  static constexpr std::size_t kMaskEvery = 5;  // frames between two askings for the person
+};
+
 // What distinguishes a shaking hand from a camera that is moved somewhere: the one stays near its middle, or
 // returns to it again and again; the other goes far, and slowly.
 struct Sway {
@@ -62,12 +76,16 @@ inline constexpr double kLeastTracks = 8;
 
 // person(frame, rgb): 255 = ignore; asked for every fifth frame, at the source's size. May be empty.
 // rest_px_per_1000: how far the background may stray, in 1/1000 of the width, for the camera to be at rest.
+// pictures: receives what was looked at; null: not kept.
+// film: the part of the pictures that is looked at, and that `person` and the result are about; empty: all.
 // stretches: as AlignOptions has them; of one place, so that points are looked for beyond a cut where they
 // were before it.
 Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
                                                    std::stop_token stop,
+                                                   BackgroundPictures* pictures = nullptr,
+                                                   const PixelRect& film = {},
                                                    const std::vector<FrameSpan>& stretches = {});
 
 struct VideoInfo;
@@ -82,6 +100,8 @@ class MotionMeter {
 
   Result<void> add(const VideoFrame& frame);
   Result<BackgroundMotion> finish();
+  // After finish(), once.
+  BackgroundPictures take_pictures();
 
  private:
   struct State;

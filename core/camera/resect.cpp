@@ -248,7 +248,7 @@ Image8 followed_picture(const Image8& rgb, int width, int height) {
   return grey;
 }
 
-Result<std::vector<Camera>> resect_frames(const std::filesystem::path& video,
+Result<std::vector<Camera>> resect_frames(const std::filesystem::path& video, const PixelRect& film,
                                           const std::vector<SolvedKeyframe>& keyframes,
                                           const Intrinsics& small, const std::set<int>& wanted,
                                           const std::filesystem::path& kept, const Progress& progress,
@@ -262,6 +262,7 @@ Result<std::vector<Camera>> resect_frames(const std::filesystem::path& video,
   }
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
+  reader->show_part(film);
   return resect(decoding_source(*reader, small, needed, stop), video, keyframes, small, *needed.rbegin(),
                 progress, stop);
 }

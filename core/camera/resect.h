@@ -13,6 +13,7 @@
 #include "core/camera/camera.h"
 #include "core/camera/colmap_model.h"
 #include "core/image/image.h"
+#include "core/image/pixel_rect.h"
 
 namespace likeness {
 
@@ -31,8 +32,8 @@ Image8 followed_picture(const Image8& rgb, int width, int height);
 
 // Poses of the `wanted` frames, those that pass the gate, ascending. small: intrinsics of the reduced
 // pictures. kept: where those pictures may be (core/video/grey_pictures.h, under the video's hash), or empty;
-// the video is decoded where they are not.
-Result<std::vector<Camera>> resect_frames(const std::filesystem::path& video,
+// the video is decoded where they are not. film: the part of its pictures that `small` is about; empty: all.
+Result<std::vector<Camera>> resect_frames(const std::filesystem::path& video, const PixelRect& film,
                                           const std::vector<SolvedKeyframe>& keyframes,
                                           const Intrinsics& small, const std::set<int>& wanted,
                                           const std::filesystem::path& kept, const Progress& progress,

@@ -60,6 +60,18 @@ std::vector<ClipShot> shots_from_json(const json& j, const std::vector<CaptureFr
   return shots;
 }
 
+json to_json(const PixelRect& r) {
+  return {{"x_px", r.x}, {"y_px", r.y}, {"width_px", r.width}, {"height_px", r.height}};
+}
+
+// An absent one is empty.
+PixelRect rect_from_json(const json& j, const char* key) {
+  const auto at = j.find(key);
+  if (at == j.end()) return {};
+  return {at->at("x_px").get<int>(), at->at("y_px").get<int>(), at->at("width_px").get<int>(),
+          at->at("height_px").get<int>()};
+}
+
 Capture capture_from_json(const json& j) {
   Capture c;
   c.video = j.at("video").get<std::string>();
@@ -70,6 +82,8 @@ Capture capture_from_json(const json& j) {
   const json& crop = j.at("crop");
   c.crop = {crop.at("x_px").get<int>(), crop.at("y_px").get<int>(), crop.at("side_px").get<int>()};
   c.size = j.at("size_px").get<int>();
+  c.film = rect_from_json(j, "film");
+  c.inside = rect_from_json(j, "inside");
   const auto split = split_named(j.at("split").get<std::string>());
   if (!split) throw json::other_error::create(501, "there is no such split", &j.at("split"));
   c.split = *split;
@@ -79,9 +93,17 @@ Capture capture_from_json(const json& j) {
   return c;
 }
 
+// Or is absent.
+bool lies_within(const PixelRect& part, int width, int height) {
+  return part == PixelRect{} || (!part.empty() && part.x >= 0 && part.y >= 0 &&
+                                 part.width <= width - part.x && part.height <= height - part.y);
+}
+
 // What later stages rely on without checking again; empty when all is well.
 std::string contradiction(const Capture& c) {
   if (c.width <= 0 || c.height <= 0 || c.crop.side <= 0 || c.size <= 0) return "a size in it is not positive";
+  if (!lies_within(c.film, c.width, c.height)) return "the film does not lie in its picture";
+  if (!lies_within(c.inside, c.size, c.size)) return "the filmed part of its pictures does not lie in them";
   for (std::size_t i = 0; i < c.frames.size(); ++i) {
     if (c.frames[i].frame < 0 || (i > 0 && c.frames[i].frame <= c.frames[i - 1].frame)) {
       return "its frames are not in ascending order";
@@ -131,6 +153,16 @@ std::vector<FrameSpan> used_spans(const Capture& capture, bool joined) {
 
 std::vector<FrameSpan> spans_where_cut(const Capture& capture) { return used_spans(capture, false); }
 std::vector<FrameSpan> stretches_that_serve(const Capture& capture) { return used_spans(capture, true); }
+PixelRect tracked_part(const Capture& capture) {
+  const PixelRect square{capture.crop.x, capture.crop.y, capture.crop.side, capture.crop.side};
+  return capture.film.empty() ? square : common_part(square, capture.film);
+}
+
+PixelRect filmed_part(const SquareCrop& crop, const PixelRect& film, int size) {
+  const PixelRect whole{crop.x, crop.y, crop.side, crop.side}, part = common_part(whole, film);
+  if (part == whole) return {};
+  return resampled({part.x - crop.x, part.y - crop.y, part.width, part.height}, crop.side, size);
+}
 
 std::filesystem::path frame_name(int frame) {
   return std::filesystem::path("frames") / fmt::format("{:06}.png", frame);
@@ -141,7 +173,7 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
   for (const CaptureFrame& frame : capture.frames) frames.push_back(to_json(frame));
   json shots = json::array();
   for (const ClipShot& shot : capture.shots) shots.push_back(to_json(shot));
-  const json document = {
+  json document = {
       {"format", kFormat},
       {"version", kVersion},
       {"video", capture.video.string()},
@@ -155,6 +187,8 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
       {"warnings", capture.warnings},
       {"shots", shots},
       {"frames", frames}};
+  if (!capture.film.empty()) document["film"] = to_json(capture.film);
+  if (!capture.inside.empty()) document["inside"] = to_json(capture.inside);
   // A file name need not be valid UTF-8; the odd byte is replaced rather than refused.
   return write_text(path, json_text_replacing(document, 1) + "\n");
 }

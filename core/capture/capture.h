@@ -12,6 +12,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/capture/split.h"
+#include "core/image/pixel_rect.h"
 #include "core/video/frame_span.h"
 
 namespace likeness {
@@ -33,18 +34,28 @@ struct ClipShot {
   std::string reason{};         // why it is not used
 };
 
-// Square in source pixels, may reach beyond the picture (the border is repeated there).
+// Square in source pixels. It reaches beyond what was filmed only where the heads do not fit into a square
+// that stays within it (core/capture/choose_crop.h).
 struct SquareCrop {
   int x = 0, y = 0, side = 0;
 };
+
+// Of all channels in the pictures of frames/, beyond what was filmed.
+inline constexpr std::uint8_t kUnfilmed = 128;
 
 struct Capture {
   std::filesystem::path video;
   std::string video_hash;
   int width = 0, height = 0;  // px of the source, rotation applied
   double frames_per_second = 0;
+  // What was filmed, px of the source: without the bars that an editor added (core/capture/find_film.h);
+  // empty: all of it.
+  PixelRect film;
   SquareCrop crop;
   int size = 256;  // px of the pictures in frames/
+  // The part of those pictures that was filmed, in their pixels; empty: all of them. Nothing is known of the
+  // rest: it is not learnt from, not scored and not shown.
+  PixelRect inside;
   Split split = Split::tail;
   std::vector<std::string> warnings;
   std::vector<CaptureFrame> frames;  // every frame read (core/video/decode.h: sampled), ascending
@@ -57,6 +68,12 @@ std::set<int> held_out_frames(const Capture& capture);
 std::vector<FrameSpan> spans_where_cut(const Capture& capture);
 // The same for who does not mind a cut in place: shots that follow each other are one.
 std::vector<FrameSpan> stretches_that_serve(const Capture& capture);
+
+// The part of the source within which the person is tracked.
+PixelRect tracked_part(const Capture& capture);
+
+// The whole pixels of the crop, at size x size px, that show the film (source px); empty: all of them do.
+PixelRect filmed_part(const SquareCrop& crop, const PixelRect& film, int size);
 
 Result<void> write_capture(const std::filesystem::path& path, const Capture& capture);
 Result<Capture> read_capture(const std::filesystem::path& path);

@@ -94,7 +94,8 @@ void thin(const std::vector<CaptureFrame*>& kept, const std::vector<double>& way
 }  // namespace
 
 void choose_training_frames(std::vector<CaptureFrame>& frames, const std::vector<FaceSample>& samples,
-                            const std::vector<float>& change, const ImportOptions& options) {
+                            const std::vector<float>& change, const std::vector<char>& repeats,
+                            const ImportOptions& options) {
   const std::vector<double> distance = face_distance(frames, samples);
   const std::vector<double> way = way_through(frames, change);
   std::vector<CaptureFrame*> kept;
@@ -105,7 +106,9 @@ void choose_training_frames(std::vector<CaptureFrame>& frames, const std::vector
     frame.refused.clear();
     if (frame.held_out) continue;
     const double median = neighbour_median(frames, i);
-    if (distance[i] > kFaceReach || frame.sharpness <= 0) {
+    if (i < repeats.size() && repeats[i]) {
+      frame.refused = "Repeats the frame before it.";
+    } else if (distance[i] > kFaceReach || frame.sharpness <= 0) {
       frame.refused = "No face was found near this frame.";
     } else if (frame.sharpness < options.blur_ratio * median) {
       frame.refused = fmt::format("Blurred: sharpness {:.0f}, its neighbours' median is {:.0f}.",

@@ -289,11 +289,15 @@ std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames,
   return out;
 }
 
-std::vector<ClipShot> shots_of(const ClipScan& scan, bool photographs) {
+std::vector<ClipShot> shots_of(const ClipScan& scan, const PixelRect& film, bool photographs) {
   std::vector<FrameSpan> found;
   if (!photographs) found = find_shots(scan.film);
-  if (found.size() > 1)
-    return choose_shots(scan.film, scan.samples, found, scan.info.width, scan.info.height);
+  if (found.size() > 1) {
+    std::vector<FaceSample> samples = scan.samples;  // in the film, as the sketches are
+    for (FaceSample& sample : samples)
+      if (sample.face) sample.face->x -= film.x, sample.face->y -= film.y;
+    return choose_shots(scan.film, samples, found, scan.info.width, scan.info.height);
+  }
   std::vector<ClipShot> one;
   if (scan.frames.empty()) return one;
   const double rate = std::max(1.0, scan.info.frames_per_second);

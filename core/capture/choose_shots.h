@@ -20,8 +20,9 @@ namespace likeness {
 std::vector<ClipShot> choose_shots(std::span<const FrameSketch> film, const std::vector<FaceSample>& samples,
                                    const std::vector<FrameSpan>& shots, int width, int height);
 
-// find_shots and choose_shots of a scanned clip; photographs, each taken by itself, are one shot.
-std::vector<ClipShot> shots_of(const ClipScan& scan, bool photographs);
+// find_shots and choose_shots of a scanned clip; photographs, each taken by itself, are one shot. film: what
+// was looked at, source px; empty: the whole picture.
+std::vector<ClipShot> shots_of(const ClipScan& scan, const PixelRect& film, bool photographs);
 
 // "0:00-0:12 and 0:15-0:40"
 std::string serving_words(const std::vector<ClipShot>& shots);

@@ -14,8 +14,10 @@
 #include "core/capture/choose_crop.h"
 #include "core/capture/choose_frames.h"
 #include "core/capture/choose_shots.h"
+#include "core/capture/find_film.h"
 #include "core/capture/hold_out.h"
 #include "core/capture/import_listeners.h"
+#include "core/capture/repeated_frames.h"
 #include "core/capture/scan_clip.h"
 #include "core/capture/split.h"
 #include "core/image/files.h"
@@ -98,6 +100,12 @@ Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const std::vector<
 std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& scan, const CropChoice& crop,
                                         std::size_t faces) {
   std::vector<std::string> warnings;
+  if (const PixelRect& film = capture.film; !film.empty()) {
+    warnings.push_back(fmt::format(
+        "The video has bars: only {} x {} px of its {} x {} were filmed, and only those are used. "
+        "Where there is one, the film without bars is sharper.",
+        film.width, film.height, capture.width, capture.height));
+  }
   if (const std::string counted = counted_words(capture.shots); !counted.empty())
     warnings.push_back(counted +
                        " To use more of it, cut the film where it is cut and add its parts as further clips: "
@@ -146,8 +154,11 @@ class FrameWriter {
     if (count_ >= capture_.frames.size() || frame.index != capture_.frames[count_].frame) return changed();
     const CaptureFrame& wanted = capture_.frames[count_];
     const SquareCrop& c = capture_.crop;
+    const PixelRect& film = capture_.film;
     if (wanted.used || wanted.held_out)
-      batch_.push_back({frame.index, crop(frame.rgb, c.x, c.y, c.side, c.side)});
+      batch_.push_back({frame.index, film.empty() ? crop(frame.rgb, c.x, c.y, c.side, c.side)
+                                                  : crop(crop(frame.rgb, film), c.x - film.x, c.y - film.y,
+                                                         c.side, c.side)});
     if (batch_.size() == kBatch) {
       if (auto flushed = flush(); !flushed) return flushed;
     }
@@ -171,7 +182,8 @@ class FrameWriter {
   Result<void> flush() {
     std::vector<Result<void>> results(batch_.size());
     parallel_for(batch_.size(), [&](std::size_t i) {
-      const Image8 picture = resize(batch_[i].picture, capture_.size, capture_.size);
+      Image8 picture = resize(batch_[i].picture, capture_.size, capture_.size);
+      fill_outside(picture, capture_.inside, kUnfilmed);
       results[i] = write_image(folder_ / frame_name(batch_[i].frame).filename(), picture, {.png_level = 1});
     });
     batch_.clear();
@@ -210,15 +222,22 @@ Result<void> hold_out(std::vector<CaptureFrame>& frames, const ImportOptions& op
 }
 
 // What of the scan lies in the shots that serve.
-ClipScan serving_part(const ClipScan& scan, const std::vector<FrameSpan>& spans) {
-  ClipScan part;
-  part.info = scan.info;
-  for (std::size_t i = 0; i < scan.frames.size(); ++i) {
-    if (span_of(spans, scan.frames[i].frame) < 0) continue;
-    part.frames.push_back(scan.frames[i]);
-    part.change.push_back(scan.change[i]);
+struct ServingPart {
+  ClipScan scan;
+  std::vector<char> repeats;  // of its frames (repeated_frames.h), in the rhythm of the whole film
+};
+
+ServingPart serving_part(const ClipScan& whole, const std::vector<FrameSpan>& spans) {
+  ServingPart part;
+  part.scan.info = whole.info;
+  const std::vector<char> repeats = repeated_frames(whole.difference);
+  for (std::size_t i = 0; i < whole.frames.size(); ++i) {
+    if (span_of(spans, whole.frames[i].frame) < 0) continue;
+    part.scan.frames.push_back(whole.frames[i]);
+    part.scan.change.push_back(whole.change[i]);
+    part.repeats.push_back(repeats[i]);
   }
-  std::ranges::copy_if(scan.samples, std::back_inserter(part.samples),
+  std::ranges::copy_if(whole.samples, std::back_inserter(part.scan.samples),
                        [&](const FaceSample& sample) { return span_of(spans, sample.frame) >= 0; });
   return part;
 }
@@ -242,10 +261,10 @@ void put_serving(const std::vector<CaptureFrame>& serving, Capture& capture) {
   }
 }
 
-// capture: with frames and shots.
+// capture: with frames, shots and film. info: of the whole picture.
 Result<Capture> make_capture(const fs::path& video, const ClipScan& whole, Capture capture,
-                             const ImportOptions& options) {
-  ClipScan scan = serving_part(whole, spans_where_cut(capture));
+                             const VideoInfo& info, const ImportOptions& options) {
+  auto [scan, repeats] = serving_part(whole, spans_where_cut(capture));
   const auto faces = judge_clip(scan, capture.shots, video);
   if (!faces) return faces.error();
   std::error_code ignored;
@@ -253,13 +272,13 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& whole, Captu
   auto hash = hash_video(video);
   if (!hash) return hash.error();
   capture.video_hash = *hash;
-  capture.width = scan.info.width;
-  capture.height = scan.info.height;
+  capture.width = info.width;
+  capture.height = info.height;
   capture.frames_per_second = scan.info.frames_per_second;
   capture.size = options.size;
   capture.split = options.split;
   if (const auto held = hold_out(scan.frames, options, video); !held) return held.error();
-  choose_training_frames(scan.frames, scan.samples, scan.change, options);
+  choose_training_frames(scan.frames, scan.samples, scan.change, repeats, options);
   put_serving(scan.frames, capture);
   const auto training = std::count_if(capture.frames.begin(), capture.frames.end(),
                                       [](const CaptureFrame& f) { return f.used; });
@@ -269,26 +288,53 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& whole, Captu
                    is_photos(video) ? "Take them again in brighter light, holding still."
                                     : "Film again in brighter light and move more slowly.");
   }
-  const CropChoice crop = choose_crop(*faces, capture.width, capture.height);
+  const PixelRect filmed =
+      capture.film.empty() ? PixelRect{0, 0, capture.width, capture.height} : capture.film;
+  const CropChoice crop = choose_crop(*faces, filmed);
   capture.crop = crop.crop;
+  capture.inside = filmed_part(capture.crop, filmed, capture.size);
   capture.warnings = warnings_about(capture, scan, crop, faces->size());
   return capture;
 }
 
-// First pass: where the face is, how sharp and how much moved in every frame.
-Result<ClipScan> look_at_clip(VideoReader& reader, const FaceDetector& detector,
-                              const ImportListeners& listeners, const Progress& progress,
-                              std::stop_token stop) {
+struct FirstLook {
+  ClipScan scan;
+  PixelRect found;  // what was filmed of the pictures looked at; empty: all
+};
+
+// Where the face is, how sharp and how much moved in every frame, within the film as far as it is known.
+Result<FirstLook> look_once(VideoReader& reader, const FaceDetector& detector, const PixelRect& film,
+                            const ImportListeners& listeners, const Progress& progress,
+                            std::stop_token stop) {
   ClipScanner scanner(reader.info(), detector, {}, progress);
-  std::vector<FrameListener> all{scanner.listener()};
+  FilmFinder finder(reader.info());
+  std::vector<FrameListener> all{scanner.listener(), {VideoPixels::luma, [&](const VideoFrame& frame) {
+                                                        finder.add(frame);
+                                                        return Result<void>();
+                                                      }}};
   if (listeners.looking) {
-    auto others = listeners.looking(reader.info());
+    auto others = listeners.looking(reader.info(), film);
     if (!others) return others.error();
     std::ranges::move(*others, std::back_inserter(all));
   }
   if (const auto ready = reader.rewind(pixels_for(all)); !ready) return ready.error();
   if (const auto decoded = decode_for(reader, all, stop); !decoded) return decoded.error();
-  return scanner.take();
+  return FirstLook{scanner.take(film), finder.film()};
+}
+
+// First pass. Where bars are found it is made again within them: a blurred copy shows the face again, and
+// what rests in the picture is not the room. film: of the source, empty: all of it.
+Result<ClipScan> look_at_clip(VideoReader& reader, const FaceDetector& detector,
+                              const ImportListeners& listeners, bool photographs, PixelRect& film,
+                              const Progress& progress, std::stop_token stop) {
+  constexpr int kDirections = 2;  // bars above and below, bars on both sides
+  for (int bars = photographs ? kDirections : 0;; ++bars) {
+    reader.show_part(film);
+    auto look = look_once(reader, detector, film, listeners, progress, stop);
+    if (!look) return look.error();
+    if (look->found.empty() || bars == kDirections) return std::move(look->scan);
+    film = {film.x + look->found.x, film.y + look->found.y, look->found.width, look->found.height};
+  }
 }
 
 Result<void> write_pictures(VideoReader& reader, const Capture& capture, const ImportListeners& listeners,
@@ -333,19 +379,27 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   if (!detector) return detector.error();
 
   reader->keep_frames(options.memory.value_or(available_memory().value_or(0) / 3));
-  auto scan = look_at_clip(*reader, *detector, listeners, progress.stage(0, 0.6, "look"), stop);
+  PixelRect film;
+  auto scan = look_at_clip(*reader, *detector, listeners, is_photos(video), film,
+                           progress.stage(0, 0.6, "look"), stop);
   if (!scan) return scan.error();
+  reader->show_part({});
   Capture cut;
+  cut.film = film;
   cut.frames = scan->frames;
-  cut.shots = shots_of(*scan, is_photos(video));
+  cut.shots = shots_of(*scan, film, is_photos(video));
   scan->film.clear();
   if (listeners.moving) {
     auto moving = listeners.moving(stretches_that_serve(cut));
     if (!moving) return moving.error();
     options.moving = *moving;
   }
-  auto capture = make_capture(video, *scan, std::move(cut), options);
+  auto capture = make_capture(video, *scan, std::move(cut), reader->info(), options);
   if (!capture) return capture.error();
+  if (reader->was_interlaced())
+    capture->warnings.push_back(
+        "The video is interlaced: half of the lines of what moves had to be made from the others. Set the "
+        "camera to 25p or 30p instead of 50i or 60i.");
 
   WholeFolder frames(folder / "frames");
   if (const auto made = make_writable_folder(frames.temporary()); !made) return made.error();

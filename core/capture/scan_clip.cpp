@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/capture/repeated_frames.h"
+
 namespace likeness {
 namespace {
 
@@ -155,6 +157,7 @@ struct ClipScanner::State {
     scan.frames.push_back(std::move(entry));
     sketcher.add(current, face);
     scan.change.push_back(face ? meter.add(current.rgb, *face) : 0);
+    scan.difference.push_back(difference.add(current.rgb));
     const int count = std::max(scan.info.frame_count, current.index + 1);
     progress.report(double(current.index + 1) / count,
                     fmt::format("Looking for the face: frame {} of {}", current.index + 1, count));
@@ -167,6 +170,7 @@ struct ClipScanner::State {
   FaceFinder finder;
   ChangeMeter meter;
   FilmSketcher sketcher;
+  DifferenceMeter difference;
   std::optional<FaceBox> face;  // the last one found; it moves little within the sampling period
 };
 
@@ -182,19 +186,23 @@ FrameListener ClipScanner::listener() {
           }};
 }
 
-ClipScan ClipScanner::take() {
+ClipScan ClipScanner::take(const PixelRect& corner) {
   state_->scan.film = state_->sketcher.take();
+  for (FaceSample& sample : state_->scan.samples)
+    if (sample.face) sample.face->x += corner.x, sample.face->y += corner.y;
   return std::move(state_->scan);
 }
 
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
-                           const FaceLookout& look, const Progress& progress, std::stop_token stop) {
+                           const FaceLookout& look, const PixelRect& film, const Progress& progress,
+                           std::stop_token stop) {
   auto reader = VideoReader::open(video, VideoPixels::luma, VideoFrames::sampled);
   if (!reader) return reader.error();
+  reader->show_part(film);
   ClipScanner scanner(reader->info(), detector, look, progress);
   const FrameListener listener = scanner.listener();
   if (const auto decoded = decode_for(*reader, {&listener, 1}, stop); !decoded) return decoded.error();
-  return scanner.take();
+  return scanner.take(film);
 }
 
 }  // namespace likeness

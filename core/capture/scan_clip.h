@@ -13,6 +13,7 @@
 #include "core/capture/capture.h"
 #include "core/capture/sketch_film.h"
 #include "core/face/landmarks.h"
+#include "core/image/pixel_rect.h"
 #include "core/video/decode_for.h"
 
 namespace likeness {
@@ -29,6 +30,7 @@ struct ClipScan {
   std::vector<CaptureFrame> frames;
   std::vector<float>
       change;  // of the face since the frame before, mean of a small picture of it, 8-bit units
+  std::vector<float> difference;    // of the whole picture (repeated_frames.h)
   std::vector<FaceSample> samples;  // about five a second
   std::vector<FrameSketch> film;    // one a frame: what cuts are found by
 };
@@ -36,8 +38,11 @@ struct ClipScan {
 // Called with every sampled picture (luma only) when its face has been sought; may be empty.
 using FaceLookout = std::function<void(const VideoFrame&, const FaceSample&)>;
 
+// film: what is looked at, source px; empty: the whole picture. The lookout sees that part, and faces in its
+// pixels.
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
-                           const FaceLookout& look, const Progress& progress, std::stop_token stop);
+                           const FaceLookout& look, const PixelRect& film, const Progress& progress,
+                           std::stop_token stop);
 
 // The same, fed by another's decoding. The detector must outlive it.
 class ClipScanner {
@@ -47,7 +52,8 @@ class ClipScanner {
   ~ClipScanner();
 
   FrameListener listener();  // of every frame, sampled
-  ClipScan take();           // once all have been seen
+  // Once all have been seen. corner: of the frames' pictures in the source's.
+  ClipScan take(const PixelRect& corner = {});
 
  private:
   struct State;

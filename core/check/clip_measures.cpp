@@ -167,7 +167,8 @@ Result<CameraMeasures> measure_camera(const std::filesystem::path& video,
   if (!person) return person.error();
   const double rest = AlignOptions{}.static_motion_px_per_1000;
   // As core/camera/align.cpp measures it.
-  const auto motion = measure_background_motion(video, *person, rest / 2, progress, stop, stretches);
+  const auto motion =
+      measure_background_motion(video, *person, rest / 2, progress, stop, nullptr, {}, stretches);
   if (!motion) return motion.error();
   CameraMeasures camera;
   camera.motion = motion->motion;
@@ -222,7 +223,7 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
     measures.looks.push_back(std::move(look));
     if (patches.size() == kBatch) find_landmarks();
   };
-  const auto scan = scan_clip(video, *detector, look_at, progress.stage(0, 0.5, "face"), stop);
+  const auto scan = scan_clip(video, *detector, look_at, {}, progress.stage(0, 0.5, "face"), stop);
   if (!scan) return scan.error();
   find_landmarks();
   measures.frames = static_cast<int>(scan->frames.size());
@@ -232,7 +233,7 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
   Capture cut;
   cut.frames = scan->frames;
   std::error_code ignored;
-  measures.shots = cut.shots = shots_of(*scan, std::filesystem::is_directory(video, ignored));
+  measures.shots = cut.shots = shots_of(*scan, {}, std::filesystem::is_directory(video, ignored));
   for (Look& look : measures.looks) look.serves = span_of(spans_where_cut(cut), look.frame) >= 0;
   if (auto fitted = fit.run(measures.looks, progress.stage(0.5, 0.6, "expressions"), stop); !fitted)
     return fitted.error();

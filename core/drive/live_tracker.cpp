@@ -34,7 +34,7 @@ struct Sight {
   FaceState state;
 };
 
-struct RestFrame {
+struct SettlingFrame {
   FaceFrame face;
   std::optional<Gaze> gaze;
 };
@@ -63,7 +63,7 @@ struct LiveTracker::Impl {
   Intrinsics intrinsics;         // of the working picture
   std::deque<Sight> before;      // the newest last, at most two
   std::deque<double> errors_px;  // of good frames
-  std::vector<RestFrame> rest;
+  std::vector<SettlingFrame> rest;
   bool resting = false;
   int number = 0, since_look = 0, weak_run = 0;
 
@@ -219,7 +219,9 @@ struct LiveTracker::Impl {
       if (errors_px.size() > kErrorsKept) errors_px.pop_front();
     }
     if (resting)
-      rest.push_back({{lost.frame, true, false, false, found->observation, found->state}, last_gaze});
+      rest.push_back(
+          {{.frame = lost.frame, .seen = true, .observation = found->observation, .state = found->state},
+           last_gaze});
     TrackedFrame frame = describe(*found, last_gaze, scale);
     frame.frame = lost.frame, frame.time_s = time_s;
     return frame;
@@ -233,7 +235,7 @@ struct LiveTracker::Impl {
                    "Move closer to the camera, look into it in even light, and try again.", "live"};
     }
     std::vector<FaceFrame> faces;
-    std::vector<const RestFrame*> used;
+    std::vector<const SettlingFrame*> used;
     const std::size_t step = std::max<std::size_t>(1, rest.size() / kMaxRest);
     for (std::size_t i = 0; i < rest.size(); i += step)
       faces.push_back(rest[i].face), used.push_back(&rest[i]);

@@ -43,7 +43,8 @@ Result<Vec3f> parse_colour(const std::string& text) {
 struct Ground {
   Image8 picture;  // empty: the colour
   Vec3f colour = Vec3f::Constant(0.9f);
-  std::optional<RoomScene> room;  // seen from each frame's camera, instead of either
+  std::optional<RoomScene> room;   // seen from each frame's camera, instead of either
+  const Mosaic* mosaic = nullptr;  // the same
 };
 
 // Such names are neither keywords nor colours; whether the picture exists is checked when it is read.
@@ -75,7 +76,9 @@ bool same_shape(const Image8& plate, const Intrinsics& picture) {
 
 Result<Ground> open_ground(const Avatar& avatar, const std::string& background, const Intrinsics& picture) {
   Ground ground;
-  if (background == "plate") {
+  if (background == "plate" && avatar.mosaic) {
+    ground.mosaic = &*avatar.mosaic;
+  } else if (background == "plate") {
     const bool same = avatar.plate.width == picture.width && avatar.plate.height == picture.height;
     ground.picture = same ? avatar.plate : resize(avatar.plate, picture.width, picture.height);
   } else if (background == "room") {
@@ -90,6 +93,12 @@ Result<Ground> open_ground(const Avatar& avatar, const std::string& background, 
     ground.colour = *colour;
   }
   return ground;
+}
+
+Image8 over(const Ground& ground, const Image& rgba, const Camera& camera, RenderQuality quality) {
+  if (ground.room) return to_bytes(composite(rgba, room_picture(*ground.room, camera, quality)));
+  if (ground.mosaic) return to_bytes(composite(rgba, mosaic_seen_by(*ground.mosaic, camera)));
+  return to_bytes(composite(rgba, ground.picture, ground.colour));
 }
 
 Camera with_width(const Camera& camera, int width) {
@@ -115,7 +124,7 @@ Result<void> check_known(const Avatar& avatar, const std::string& background, co
   if (avatar.plate.empty())
     return Error{ErrorCode::bad_input, "This avatar has no background plate: its camera moved.",
                  avatar.room ? "Choose room, or a colour, e.g. --background #e6e6e6" : fix, ""};
-  if (same_shape(avatar.plate, picture)) return {};
+  if (avatar.mosaic || same_shape(avatar.plate, picture)) return {};
   return Error{ErrorCode::bad_input,
                fmt::format("The plate's {} x {} px differ in shape from the pictures' {} x {}.",
                            avatar.plate.width, avatar.plate.height, picture.width, picture.height),
@@ -267,10 +276,7 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
         (*renderer)->render(camera, pose_avatar(rig, film.poses[i]), render_options(options.quality));
     if (!frame) return frame.error();
     Image8 shown =
-        options.alpha ? straight_alpha(frame->rgba)
-        : ground->room
-            ? to_bytes(composite(frame->rgba, room_picture(*ground->room, camera, options.quality)))
-            : to_bytes(composite(frame->rgba, ground->picture, ground->colour));
+        options.alpha ? straight_alpha(frame->rgba) : over(*ground, frame->rgba, camera, options.quality);
     if (options.mark) draw_mark(shown);
     if (options.beside_width > 0) {
       const auto left = options.beside(i);

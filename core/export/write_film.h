@@ -24,9 +24,10 @@ Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::
 
 struct FilmOptions {
   std::filesystem::path out;  // .mp4, .png, or a folder
-  // "plate": the background as the resting camera saw it. "room": the surroundings as a moving camera taught
-  // them, seen from each frame's camera. A colour such as #e8e8e8, or a picture file. Empty: if the film's
-  // camera rests, the plate, or else the room; otherwise a light grey.
+  // "plate": the background as the resting camera saw it; of a hand-held one, what the film's camera sees of
+  // it. "room": the surroundings as a moving camera taught them, seen from each frame's camera. A colour such
+  // as #e8e8e8, or a picture file. Empty: if the film's camera rests, the plate, or else the room; otherwise
+  // a light grey.
   std::string background;
   bool camera_rests = true;
   int width = 0;  // px of every picture; 0 = as the film's cameras have it

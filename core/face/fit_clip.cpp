@@ -11,14 +11,30 @@
 namespace likeness {
 namespace {
 
-// Seen training frames, at most `count` of them, evenly spread.
+// Seen training frames, at most `count` of them, evenly spread, and all of the resting face.
 std::vector<int> spread_frames(const std::vector<FaceFrame>& frames, int count) {
   std::vector<int> all, chosen;
   for (std::size_t i = 0; i < frames.size(); ++i)
-    if (frames[i].seen && !frames[i].held_out) all.push_back(static_cast<int>(i));
+    if (frames[i].seen && !frames[i].held_out) {
+      (frames[i].rest ? chosen : all).push_back(static_cast<int>(i));
+    }
   const int n = std::min<int>(count, static_cast<int>(all.size()));
   for (int k = 0; k < n; ++k) chosen.push_back(all[static_cast<std::size_t>(k) * all.size() / n]);
+  std::ranges::sort(chosen);
   return chosen;
+}
+
+// How much each chosen frame counts in the joint fit: those of the resting face together as much as all
+// others, since a person who smiles through most of a clip is not shaped like their smile.
+std::vector<double> joint_weights(const std::vector<FaceFrame>& frames, const std::vector<int>& chosen) {
+  constexpr double kMost = 8;  // of one frame, whose landmarks may be off
+  const auto rest = std::ranges::count_if(chosen, [&](int i) { return frames[i].rest; });
+  const auto others = static_cast<std::ptrdiff_t>(chosen.size()) - rest;
+  const double weight =
+      rest > 0 ? std::clamp(static_cast<double>(others) / static_cast<double>(rest), 1.0, kMost) : 1.0;
+  std::vector<double> weights;
+  for (const int i : chosen) weights.push_back(frames[i].rest ? weight : 1.0);
+  return weights;
 }
 
 constexpr int kRegistration = 6;  // unknowns: turn and shift of the head frame, in itself
@@ -191,13 +207,15 @@ Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior&
                                  std::vector<FaceFrame>& frames, const Progress& progress,
                                  std::stop_token stop) {
   const std::vector<int> chosen = spread_frames(frames, options.identity_frames);
+  const std::vector<double> counts = joint_weights(frames, chosen);
   const std::size_t n = chosen.size();
   const int identities = head.identity_count(), unknowns = 7 + head.expression_count() + identities;
   const auto given = [&](std::size_t f) { return frames[chosen[f]].pose_given; };
   ExpressionPrior prior = usual_prior;
   prior.weight *= options.joint_expression;
   // -- Shared unknowns: the registration, relative to its start, and the identity.
-  const double count = static_cast<double>(n) / 100.0;
+  double count = 0;
+  for (const double c : counts) count += c / 100.0;
   Eigen::VectorXd shared = Eigen::VectorXd::Zero(kRegistration + identities);
   shared.tail(identities) = start;
   Eigen::VectorXd weights(shared.size());
@@ -213,7 +231,8 @@ Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior&
     const ReducedPerson person = reduced_person(head, at.tail(identities));
     std::vector<double> costs(n);
     parallel_for(n, [&](std::size_t f) {
-      costs[f] = frame_cost(head, person, frames[chosen[f]].observation, lines[f], prior, {}, {}, states[f]);
+      costs[f] = counts[f] *
+                 frame_cost(head, person, frames[chosen[f]].observation, lines[f], prior, {}, {}, states[f]);
     });
     double sum = 0.5 * weights.dot(at.cwiseAbs2());
     for (double c : costs) sum += c;
@@ -239,6 +258,7 @@ Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior&
         system.hessian.resize(unknowns, unknowns);
         frame_system(head, person, frames[chosen[f]].observation, lines[f], prior, {}, {}, states[f], true,
                      &system);
+        system.hessian *= counts[f], system.gradient *= counts[f];
         joint[f] = joint_frame(system, states[f], given(f), identities);
         if (options.hold_identity) hold_identity(identities, joint[f]);
       });

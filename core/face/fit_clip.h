@@ -20,7 +20,8 @@ struct FaceFrame {
   int shot = 0;             // frames of different ones are no neighbours: the film was cut between them
   bool pose_given = false;  // the pose is held: dense tracks are more accurate than landmarks
   FaceObservation observation;
-  FaceState state;  // guess in, fit out
+  FaceState state;    // guess in, fit out
+  bool rest = false;  // shows the person's resting face: what it shows is identity
 };
 
 struct ClipFitOptions {
@@ -51,7 +52,8 @@ struct IdentityFit {
 
 // Joint fit of the identity (unless held at its start), the chosen frames' states (which are updated) and,
 // where poses are given, the one rigid motion of the head frame that all of them share (which all given poses
-// then undergo). Schur complement on the frames.
+// then undergo). Frames of the resting face all take part, and weigh together as much as the others. Schur
+// complement on the frames.
 Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior& prior,
                                  const ClipFitOptions& options, const Eigen::VectorXd& start,
                                  std::vector<FaceFrame>& frames, const Progress& progress,

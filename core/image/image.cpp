@@ -48,6 +48,17 @@ Image8 crop(const Image8& image, int x, int y, int width, int height) {
   return result;
 }
 
+Image8 crop(const Image8& image, const PixelRect& part) {
+  return part.empty() ? image : crop(image, part.x, part.y, part.width, part.height);
+}
+
+void fill_outside(Image8& image, const PixelRect& inside, std::uint8_t level) {
+  if (inside.empty()) return;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      if (!inside.contains(x, y)) std::fill_n(image.at(x, y), image.channels, level);
+}
+
 namespace {
 
 // One output sample of a one-dimensional filter: source samples [first, first + count) times weights.

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/image/pixel_rect.h"
+
 namespace likeness {
 
 template <class T>
@@ -30,6 +32,10 @@ Image8 to_bytes(const Image& image);  // rounds and clamps
 // The part of `image` inside the rectangle [x, x+width) x [y, y+height); outside the picture the border is
 // repeated.
 Image8 crop(const Image8& image, int x, int y, int width, int height);
+// The same part; an empty one: the whole picture.
+Image8 crop(const Image8& image, const PixelRect& part);
+// Sets what lies beyond `inside` to one level in all channels; an empty one: nothing lies beyond it.
+void fill_outside(Image8& image, const PixelRect& inside, std::uint8_t level);
 // Area filtering when shrinking, bilinear when enlarging; done on the encoded values.
 Image8 resize(const Image8& image, int width, int height);
 // A larger picture by Catmull-Rom splines, which pass through the given pixels and keep edges sharp; kept

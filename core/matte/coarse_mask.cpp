@@ -1,5 +1,6 @@
-// The coarse person mask: from a face box alone, since it only has to keep the person out of camera solves;
-// no larger than needed, or it hides the background from them.
+// The coarse person mask: a figure drawn below a face box, and what a person network sees round that face. It
+// only has to keep the person out of camera solves, and is no larger than needed, or it hides the background
+// from them.
 #include "core/matte/coarse_mask.h"
 
 #include <algorithm>
@@ -8,6 +9,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/face/landmarks.h"
+#include "core/matte/person_network.h"
+#include "core/matte/person_share.h"
 
 namespace likeness {
 namespace {
@@ -15,6 +18,9 @@ namespace {
 constexpr int kDetectionSide = 800;  // px, the longer side that the detector sees
 constexpr double kSureScore = 0.4;   // of the detector; below it, chance patterns are common
 constexpr double kSameFace = 0.3;    // shared area over joint area of a face found twice
+// Of the network's share, in widths of a face: a rim beyond the outline, holes that are none.
+constexpr double kSoftRim = 0.12, kClosedHole = 0.5;
+constexpr unsigned char kMaybePerson = 64;  // of 255
 
 struct CoarseState {
   explicit CoarseState(FaceDetector loaded) : detector(std::move(loaded)) {}
@@ -68,13 +74,36 @@ void draw_person(cv::Mat& mask, const FaceBox& box) {
   cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{body}, 255);
 }
 
+// Adds what the network sees of the person with this face: strands and fingers leave its outline by a few
+// hundredths of a head.
+void add_seen_person(cv::Mat& mask, const PersonNetwork& network, const Image8& rgb, const FaceBox& box) {
+  const auto seen = network.share_about(rgb, box, Looks::once);
+  if (!seen) return;
+  const cv::Mat share(seen->height, seen->width, CV_8U, const_cast<std::uint8_t*>(seen->data.data()));
+  cv::Mat face(share.size(), CV_8U, cv::Scalar(0));
+  cv::ellipse(face,
+              {cv::Point2d(box.x + box.width / 2, box.y + box.height / 2),
+               cv::Size2d(0.8 * box.width, 0.8 * box.height), 0},
+              255, cv::FILLED);
+  const cv::Mat own = persons_own_share(share, face, kClosedHole * box.width);
+  if (own.empty()) return;
+  const int radius = std::max(2, int(std::lround(kSoftRim * box.width)));
+  cv::Mat grown;
+  cv::dilate(own > kMaybePerson, grown,
+             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
+  mask |= grown;
+}
+
 }  // namespace
 
-Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pictures pictures) {
+Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pictures pictures,
+                                      const std::filesystem::path& person_network) {
   auto detector = FaceDetector::load(predictor);
   if (!detector) return detector.error();
+  auto network = chosen_person_network(person_network);
+  if (!network) return network.error();
   auto state = std::make_shared<CoarseState>(std::move(*detector));
-  return PersonMask([state, pictures](int frame, const Image8& rgb) {
+  return PersonMask([state, pictures, network = std::move(*network)](int frame, const Image8& rgb) {
     Image8 mask(rgb.width, rgb.height, 1, 0);
     const double scale = std::min(1.0, double(kDetectionSide) / std::max(rgb.width, rgb.height));
     std::vector<FaceBox> boxes;
@@ -90,7 +119,10 @@ Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pi
       boxes = believed(*state, boxes, pictures);
     }
     cv::Mat view(mask.height, mask.width, CV_8U, mask.data.data());
-    for (const auto& box : boxes) draw_person(view, box);
+    for (const auto& box : boxes) {
+      draw_person(view, box);
+      if (network) add_seen_person(view, *network, rgb, box);
+    }
     return mask;
   });
 }

@@ -36,7 +36,7 @@ Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>&
     }
     const PersonPrior prior = prior_of(stage, jobs[i], stage.cut_size, statistics.hull);
     const Plate room = room_of(stage, jobs[i], small, prior.possible);
-    cuts[i] = cut(jobs[i], small, prior, room, *network, statistics);
+    cuts[i] = cut(stage, jobs[i], small, prior, room, *network, statistics);
     progress.report(double(++done) / double(jobs.size()), fmt::format("frame {}", jobs[i].frame));
   });
   if (stage.stop.stop_requested()) return cancelled_error();
@@ -53,6 +53,7 @@ RoughMatte matte_of(const Stage& stage, const Job& job, const cv::Mat& cut, int 
   cv::Mat person;
   cv::dilate(cut, person, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * grow + 1, 2 * grow + 1}));
   if (!besides.empty()) person |= besides;
+  if (const cv::Mat outside = unfilmed(stage, person.cols); !outside.empty()) person |= outside;
   if (person.cols != stage.size)
     cv::resize(person, person, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
   RoughMatte matte{job.frame, Image8(stage.size, stage.size, 1)};
@@ -93,6 +94,8 @@ Result<void> learn_room_again(Stage& stage, const std::vector<Job>& jobs, const 
   if (statistics.has_plate && stage.room && resting != jobs.end())
     if (const Image8 seen = stage.room(resting->frame); !seen.empty())
       complete_plate(statistics.plate, view(seen).clone());
+  if (const cv::Mat outside = unfilmed(stage, stage.size); statistics.has_plate && !outside.empty())
+    statistics.plate.known.setTo(0, outside);
   return {};
 }
 

@@ -56,6 +56,7 @@ cv::Mat occupied_of(const Sample& sample) {
   const int radius = std::max(2, sample.person.cols / 100);
   cv::dilate(sample.person | sample.prior.certain, grown,
              cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
+  if (!sample.prior.held.empty()) grown |= sample.prior.held;  // a torso at rest is no wall
   if (!sample.prior.excluded.empty()) grown.setTo(0, sample.prior.excluded);
   return grown;
 }
@@ -102,13 +103,14 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
     doubt.persons_own = small_doubt.persons_own = [first](const cv::Vec3b& colour) {
       return std::max(first->upper.ratio(colour), first->lower.ratio(colour)) > kRatherPersons;
     };
+  const cv::Mat outside = unfilmed(stage, stage.cut_size), beyond_plate = unfilmed(stage, stage.size);
   for (const auto& sample : samples) {
-    const cv::Mat taken = occupied_of(sample);
+    const cv::Mat taken = outside.empty() ? occupied_of(sample) : cv::Mat(occupied_of(sample) | outside);
     const cv::Mat background = first ? without_persons_own(sample, taken == 0, doubt) : cv::Mat(taken == 0);
     // What only the cut calls person may be furniture that is never uncovered: its colours are not learnt.
-    const cv::Mat person = sample.person.empty()
-                               ? sample.prior.certain
-                               : sample.person & (sample.prior.likely | sample.prior.certain);
+    cv::Mat person = sample.person.empty() ? sample.prior.certain
+                                           : sample.person & (sample.prior.likely | sample.prior.certain);
+    if (!outside.empty()) person = person & (outside == 0);
     const cv::Mat above = sample.prior.below == 0;
     statistics.upper.add(sample.small, person & above, true);
     statistics.lower.add(sample.small, person & sample.prior.below, true);
@@ -117,13 +119,20 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
     if (!sample.job->on_plate) continue;
     cv::Mat enlarged, enlarged_near;
     cv::resize(taken, enlarged, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
+    if (!beyond_plate.empty()) enlarged |= beyond_plate;
     cv::resize(sample.prior.possible, enlarged_near, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
-    pictures.push_back(sample.picture);
-    occupied.push_back(enlarged);
-    doubt.near.push_back(enlarged_near);
-    small.push_back(sample.small);
-    small_occupied.push_back(taken);
-    small_doubt.near.push_back(sample.prior.possible);
+    const auto mask = [&](const cv::Mat& m) {  // a frame says nothing about what it does not see
+      return onto_plate(stage, *sample.job, m, cv::INTER_NEAREST, cv::Scalar(255));
+    };
+    const auto picture = [&](const cv::Mat& m) {
+      return onto_plate(stage, *sample.job, m, cv::INTER_LINEAR, cv::Scalar::all(0));
+    };
+    pictures.push_back(picture(sample.picture));
+    occupied.push_back(mask(enlarged));
+    doubt.near.push_back(mask(enlarged_near));
+    small.push_back(picture(sample.small));
+    small_occupied.push_back(mask(taken));
+    small_doubt.near.push_back(mask(sample.prior.possible));
   }
   statistics.upper.finish();
   statistics.lower.finish();
@@ -131,12 +140,13 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
   statistics.has_plate = !pictures.empty();
   if (statistics.has_plate) {
     statistics.plate = estimate_plate(pictures, occupied, first ? &doubt : nullptr);
-    statistics.still = still_texture(small);
+    if (!stage.mosaic) statistics.still = still_texture(small);
     statistics.small_plate = stage.size == stage.cut_size
                                  ? statistics.plate
                                  : estimate_plate(small, small_occupied, first ? &small_doubt : nullptr);
     if (const cv::Mat room = room_at_rest(stage, samples); !room.empty()) {
       complete_plate(statistics.plate, room);
+      if (!beyond_plate.empty()) statistics.plate.known.setTo(0, beyond_plate);
       if (stage.size == stage.cut_size)
         statistics.small_plate = statistics.plate;
       else
@@ -148,12 +158,14 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
 
 }  // namespace
 
-cv::Mat cut(const Job& job, const cv::Mat& small, const PersonPrior& prior, const Plate& room,
-            const cv::Mat& network, const Statistics& statistics) {
+cv::Mat cut(const Stage& stage, const Job& job, const cv::Mat& small, const PersonPrior& prior,
+            const Plate& room, const cv::Mat& network, const Statistics& statistics) {
   const bool plate = job.on_plate && statistics.has_plate, in_room = !plate && !room.colour.empty();
-  const Plate* behind = plate ? &statistics.small_plate : in_room ? &room : nullptr;
+  const Plate own = plate ? plate_of_frame(stage, job, statistics.small_plate, stage.cut_size) : Plate{};
+  const Plate* behind = plate ? &own : in_room ? &room : nullptr;
   return cut_person({&small, &prior, behind, &statistics.upper, &statistics.lower,
-                     plate ? &statistics.still : nullptr, network.empty() ? nullptr : &network, in_room});
+                     plate && !statistics.still.empty() ? &statistics.still : nullptr,
+                     network.empty() ? nullptr : &network, in_room});
 }
 
 Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& jobs,
@@ -167,7 +179,8 @@ Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& j
       Sample& sample = (*samples)[i];
       if (stage.stop.stop_requested()) return;
       if (round > 1) sample.prior = prior_of(stage, *sample.job, stage.cut_size, statistics.hull);
-      sample.person = cut(*sample.job, sample.small, sample.prior, sample.room, sample.network, statistics);
+      sample.person =
+          cut(stage, *sample.job, sample.small, sample.prior, sample.room, sample.network, statistics);
     });
     if (stage.stop.stop_requested()) return cancelled_error();
     statistics = learn(stage, *samples, &first);

@@ -15,7 +15,7 @@ struct Statistics {
   Plate plate, small_plate;
   ColourModel upper, lower;  // colours above and below the neck's base
   PersonHull hull;           // empty before the first cut
-  cv::Mat still;             // cut_size, empty without a plate
+  cv::Mat still;             // cut_size, empty without a plate that is the frames' own picture
   bool has_plate = false;
 };
 
@@ -23,7 +23,7 @@ Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& j
                                    const Progress& progress);
 
 // A frame's person at the cut's size. room: of the frame, empty where it is not known.
-cv::Mat cut(const Job& job, const cv::Mat& small, const PersonPrior& prior, const Plate& room,
-            const cv::Mat& network, const Statistics& statistics);
+cv::Mat cut(const Stage& stage, const Job& job, const cv::Mat& small, const PersonPrior& prior,
+            const Plate& room, const cv::Mat& network, const Statistics& statistics);
 
 }  // namespace likeness::matting

@@ -1,5 +1,6 @@
-// The matte stage: samples -> plate and colour statistics in three rounds -> for a moving camera the room,
-// and the rounds again -> cuts of every frame -> the room again -> alpha -> frozen regions.
+// The matte stage: the person network's shares -> samples -> plate and colour statistics in three rounds ->
+// for a moving camera the room, and the rounds again -> cuts of every frame -> the room again -> alpha ->
+// frozen regions.
 #include "core/matte/matte.h"
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 
 #include "core/matte/cut_frames.h"
 #include "core/matte/replace_folder.h"
+#include "core/matte/see_persons.h"
 #include "core/matte/write_mattes.h"
 
 namespace likeness {
@@ -27,7 +29,9 @@ Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progres
     return Error{ErrorCode::failed, "No training frame has both a camera and a tracked head.",
                  "See the warnings of the camera and track stages, and film again if they say so.", "matte"};
   mark_rest(stage, jobs);
-  auto statistics = learn_in_rounds(stage, jobs, progress.stage(0, 0.15, "background"));
+  choose_mosaic(stage, jobs);
+  if (auto seen = see_persons(stage, jobs, progress.stage(0, 0.05, "person")); !seen) return seen.error();
+  auto statistics = learn_in_rounds(stage, jobs, progress.stage(0.05, 0.15, "background"));
   if (!statistics) return statistics.error();
   if (learn_room) {
     auto room = room_behind(stage, jobs, *statistics, learn_room, progress.stage(0.15, 0.2, "room"));
@@ -89,8 +93,11 @@ Result<MatteResult> matte_clip(const fs::path& folder, const Capture& capture, c
                          options.size,
                          std::min(options.size, matting::kCutSide),
                          network ? &*network : nullptr,
+                         network ? nullptr : options.person_network.get(),
                          options.strokes,
                          stop,
+                         {},
+                         {},
                          {}};
     auto result = matting::run(stage, options.learn_room, progress);
     std::error_code ignored;

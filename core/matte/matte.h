@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <stop_token>
 
 #include "core/base/progress.h"
@@ -17,6 +18,8 @@
 
 namespace likeness {
 
+class PersonNetwork;
+
 struct MatteOptions {
   int size = 256;
   // Called twice if the camera moves; its pictures then serve as the plate there. Empty: mattes of a moving
@@ -24,11 +27,16 @@ struct MatteOptions {
   LearnRoom learn_room;
   // A matting or parsing network (core/matte/matting_network.h) that is run on every frame; empty: none.
   std::filesystem::path network;
+  // The person network (core/matte/person_network.h), the prior of every frame's cut; null: none. Not asked
+  // where there is a `network`.
+  std::shared_ptr<const PersonNetwork> person_network;
   // What the user painted: hard constraints on their own frame's cut and alpha. Those of training frames also
   // decide what the plate is learnt from; nothing is learnt from those of held-out frames.
   FrameStrokes strokes;
 };
 
+// What was not filmed of the pictures (Capture::inside) is unknown: 0 in the mattes and in plate_known.
+//
 // Reads frames/NNNNNN.png of `folder`, writes masks/NNNNNN.png (alpha, 8 bit) and, where the camera rests for
 // a second or longer, plate.png with plate.json and plate_known.png (core/matte/plate.h: known), all size x
 // size in the crop; regions/NNNNNN.png for the held-out frames in source pixels (red person, green head

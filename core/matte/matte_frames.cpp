@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
+#include "core/camera/mosaic.h"
 #include "core/image/files.h"
+#include "core/matte/person_share.h"
 
 namespace likeness::matting {
 
@@ -27,6 +30,14 @@ Intrinsics crop_of(const Stage& stage, const Camera& camera, int size) {
   return crop_intrinsics(camera.intrinsics, crop.x, crop.y, crop.side, size);
 }
 
+cv::Mat unfilmed(const Stage& stage, int size) {
+  const PixelRect inside = resampled(stage.capture.inside, stage.capture.size, size);
+  if (inside.empty()) return {};
+  cv::Mat outside(size, size, CV_8U, cv::Scalar(255));
+  outside(cv::Rect(inside.x, inside.y, inside.width, inside.height)).setTo(0);
+  return outside;
+}
+
 Result<cv::Mat> read_frame(const Stage& stage, int frame) {
   const auto image = read_image(stage.folder / frame_name(frame));
   if (!image) return image.error();
@@ -35,7 +46,10 @@ Result<cv::Mat> read_frame(const Stage& stage, int frame) {
                  fmt::format("A frame has {} x {} px and {} channels; a square RGB picture is expected.",
                              image->width, image->height, image->channels),
                  "Run `likeness import` again.", (stage.folder / frame_name(frame)).string()};
-  cv::Mat picture = view(*image).clone();
+  const PixelRect inside = resampled(stage.capture.inside, stage.capture.size, image->width);
+  const Image8 extended =
+      inside.empty() ? *image : crop(crop(*image, inside), -inside.x, -inside.y, image->width, image->height);
+  cv::Mat picture = view(extended).clone();
   return picture.cols == stage.size ? picture : reduced(picture, stage.size);
 }
 
@@ -73,8 +87,8 @@ std::vector<Job> list_jobs(const Stage& stage) {
   std::vector<Job> jobs;
   for (const auto& frame : stage.capture.frames) {
     if (!frame.used && !frame.held_out) continue;
-    Job job{frame.frame, frame.used && !frame.held_out, frame.held_out, stage.cameras.is_static, nullptr,
-            nullptr};
+    const bool on_plate = stage.cameras.kind != CameraKind::walking;
+    Job job{frame.frame, frame.used && !frame.held_out, frame.held_out, on_plate, nullptr, nullptr};
     job.camera = find_camera(stage.cameras, frame.frame);
     job.tracked = find_tracked(stage.track, frame.frame);
     if (!job.tracked || job.tracked->status == FrameStatus::lost) job.tracked = nearest_tracked(stage, frame);
@@ -84,7 +98,7 @@ std::vector<Job> list_jobs(const Stage& stage) {
 }
 
 void mark_rest(const Stage& stage, std::vector<Job>& jobs) {
-  if (stage.cameras.is_static) return;
+  if (stage.cameras.kind != CameraKind::walking) return;
   const auto same = [](const Job& a, const Job& b) {
     return a.camera->cam_from_world.matrix() == b.camera->cam_from_world.matrix();
   };
@@ -115,16 +129,21 @@ StrokeCover strokes_on(const Stage& stage, const Job& job, int size) {
 
 namespace {
 
-// What the track says about a frame. `hull` may be empty.
+// m: a hole in the network's person of up to this size is not seen through.
+constexpr double kSmallHole = 0.04;
+
+// What the track and the person network say about a frame. `hull` may be empty.
 PersonPrior tracked_prior(const Stage& stage, const Job& job, int size, const PersonHull& hull) {
   const Intrinsics picture = crop_of(stage, *job.camera, size);
   if (const auto place = place_of(stage, job, picture)) {
     PersonPrior prior = person_prior(stage.person, *place, picture);
     sharpen_prior(prior, hull, *place, picture);
+    if (size == job.share.cols)
+      take_up_share(prior, job.share, share_band(place->px_per_metre), kSmallHole * place->px_per_metre);
     return prior;
   }
   PersonPrior nothing;
-  nothing.certain = nothing.likely = nothing.below = cv::Mat(size, size, CV_8U, cv::Scalar(0));
+  nothing.certain = nothing.likely = nothing.below = nothing.hair = cv::Mat(size, size, CV_8U, cv::Scalar(0));
   nothing.possible = cv::Mat(size, size, CV_8U, cv::Scalar(255));
   nothing.location = cv::Mat(size, size, CV_32F, cv::Scalar(0));
   return nothing;
@@ -138,6 +157,13 @@ PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonH
   return prior;
 }
 
+bool has_neighbours(const std::vector<Job>& jobs, std::size_t i) {
+  const auto usable = [&](std::size_t other) {
+    return std::abs(jobs[other].frame - jobs[i].frame) <= 2 && (jobs[i].held_out || !jobs[other].held_out);
+  };
+  return i > 0 && i + 1 < jobs.size() && usable(i - 1) && usable(i + 1);
+}
+
 std::vector<const Job*> choose(const std::vector<Job>& jobs, bool on_plate, std::size_t count) {
   std::vector<const Job*> all, chosen;
   for (const auto& job : jobs)
@@ -145,6 +171,68 @@ std::vector<const Job*> choose(const std::vector<Job>& jobs, bool on_plate, std:
   const std::size_t kept = std::min(count, all.size());
   for (std::size_t i = 0; i < kept; ++i) chosen.push_back(all[i * all.size() / kept]);
   return chosen;
+}
+
+namespace {
+
+constexpr double kMosaicReach = 0.96;  // rad, 55 degrees: farther out a pinhole's picture grows without bound
+constexpr std::size_t kMosaicFrames = 12;  // of a frame's pixels, at most
+
+// OpenCV's pixels have their centre at 0.
+cv::Matx33d cv_map(const Camera& from, const Camera& to) {
+  const Mat3d map = pixels_between(from, to);
+  cv::Matx33d m;
+  for (int i = 0; i < 9; ++i) m(i / 3, i % 3) = map(i / 3, i % 3);
+  const cv::Matx33d to_corner(1, 0, 0.5, 0, 1, 0.5, 0, 0, 1), to_centre(1, 0, -0.5, 0, 1, -0.5, 0, 0, 1);
+  return to_centre * m * to_corner;
+}
+
+Camera crop_camera(const Stage& stage, const Job& job, int size) {
+  Camera camera = *job.camera;
+  camera.intrinsics = crop_of(stage, camera, size);
+  return camera;
+}
+
+}  // namespace
+
+void choose_mosaic(Stage& stage, const std::vector<Job>& jobs) {
+  if (stage.cameras.kind != CameraKind::handheld) return;
+  std::vector<Camera> cameras;
+  for (const Job& job : jobs)
+    if (job.on_plate) cameras.push_back(crop_camera(stage, job, stage.size));
+  if (cameras.empty()) return;
+  stage.mosaic =
+      mosaic_camera(cameras, kMosaicReach, kMosaicFrames * std::size_t(stage.size) * std::size_t(stage.size));
+  stage.small_mosaic = stage.mosaic;
+  if (stage.cut_size != stage.size)
+    stage.small_mosaic =
+        resized(*stage.mosaic, std::max(1, stage.mosaic->intrinsics.width * stage.cut_size / stage.size));
+}
+
+cv::Mat onto_plate(const Stage& stage, const Job& job, const cv::Mat& picture, int interpolation,
+                   const cv::Scalar& outside) {
+  if (!stage.mosaic) return picture;
+  const Camera& to = picture.cols == stage.size ? *stage.mosaic : *stage.small_mosaic;
+  cv::Mat seen;
+  cv::warpPerspective(picture, seen, cv_map(crop_camera(stage, job, picture.cols), to),
+                      {to.intrinsics.width, to.intrinsics.height}, interpolation, cv::BORDER_CONSTANT,
+                      outside);
+  return seen;
+}
+
+Plate plate_of_frame(const Stage& stage, const Job& job, const Plate& plate, int size) {
+  if (!stage.mosaic) return plate;
+  const Camera& whole =
+      plate.colour.cols == stage.mosaic->intrinsics.width ? *stage.mosaic : *stage.small_mosaic;
+  const cv::Matx33d map = cv_map(whole, crop_camera(stage, job, size));
+  Plate part;
+  cv::Mat known;
+  cv::warpPerspective(plate.colour, part.colour, map, {size, size}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::warpPerspective(plate.noise, part.noise, map, {size, size}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  // Known where everything that a pixel is made of is.
+  cv::warpPerspective(plate.known, known, map, {size, size}, cv::INTER_LINEAR, cv::BORDER_CONSTANT, 0);
+  part.known = (known == kSeen) & kSeen;
+  return part;
 }
 
 Plate room_of(const Stage& stage, const Job& job, const cv::Mat& picture, const cv::Mat& possible) {

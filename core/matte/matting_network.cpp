@@ -1,4 +1,4 @@
-// OpenCV's dnn behind one function: see matting_network.h.
+// A picture squared for the network, and its map back at the picture's size: see matting_network.h.
 #include "core/matte/matting_network.h"
 
 #include <fmt/format.h>
@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <mutex>
 #include <nlohmann/json.hpp>
-#include <opencv2/dnn.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/base/json_text.h"
+#include "core/network/onnx_network.h"
 
 namespace likeness {
 namespace {
@@ -22,11 +21,12 @@ namespace fs = std::filesystem;
 
 fs::path format_path(const fs::path& onnx) { return fs::path(onnx).replace_extension(".json"); }
 
+const char* const kFix =
+    "Give a network in ONNX (opset 9 to 13) that turns one RGB picture into a map of the person, and "
+    "describe what it expects in a .json file of the same name (core/matte/matting_network.h).";
+
 Error bad_network(const fs::path& path, std::string what) {
-  return {ErrorCode::bad_input, std::move(what),
-          "Give a network in ONNX (opset 9 to 13) that turns one RGB picture into a map of the person, and "
-          "describe what it expects in a .json file of the same name (core/matte/matting_network.h).",
-          path.string()};
+  return {ErrorCode::bad_input, std::move(what), kFix, path.string()};
 }
 
 Result<MattingNetworkFormat> read_format(const fs::path& onnx) {
@@ -57,10 +57,11 @@ Result<MattingNetworkFormat> read_format(const fs::path& onnx) {
   return format;
 }
 
-// The channels' values at one pixel, turned into the share of person.
-float person_share(const MattingNetworkFormat& format, const cv::Mat& output, int y, int x) {
-  const int channels = output.size[1];
-  const auto value = [&](int c) { return output.ptr<float>(0, c)[y * output.size[3] + x]; };
+// The channels' values at one pixel, turned into the share of person. map: (1, channels, rows, columns).
+float person_share(const MattingNetworkFormat& format, const Tensor& map, std::size_t pixel) {
+  const std::size_t pixels = std::size_t(map.shape[2]) * std::size_t(map.shape[3]);
+  const int channels = map.shape[1];
+  const auto value = [&](int c) { return map.values[std::size_t(c) * pixels + pixel]; };
   float sum = 0;
   if (format.activation == "softmax") {
     float highest = value(0), all = 0;
@@ -77,62 +78,46 @@ float person_share(const MattingNetworkFormat& format, const cv::Mat& output, in
 }  // namespace
 
 struct MattingNetwork::Impl {
-  fs::path path;
   MattingNetworkFormat format;
-  cv::dnn::Net net;
-  std::mutex mutex;
+  OnnxNetwork network;
 
-  Result<cv::Mat> run(const Image8& rgb) {
+  // (1, channels, rows, columns)
+  Result<Tensor> run(const Image8& rgb) const {
+    Image8 square(format.size_px, format.size_px, 3);
     const cv::Mat picture(rgb.height, rgb.width, CV_8UC3, const_cast<std::uint8_t*>(rgb.data.data()));
-    cv::Mat small;
-    const cv::Size size(format.size_px, format.size_px);
-    cv::resize(picture, small, size, 0, 0, rgb.width > size.width ? cv::INTER_AREA : cv::INTER_LINEAR);
-    const cv::Mat blob = cv::dnn::blobFromImage(
-        small, format.scale, {}, {format.mean[0], format.mean[1], format.mean[2]}, false, false, CV_32F);
-    cv::Mat output;
-    {
-      const std::lock_guard lock(mutex);
-      net.setInput(blob);
-      output = (format.output.empty() ? net.forward() : net.forward(format.output)).clone();
-    }
-    if (output.dims != 4 || output.size[0] != 1 || output.type() != CV_32F || output.size[2] < 8 ||
-        output.size[3] < 8)
+    cv::Mat small(square.height, square.width, CV_8UC3, square.data.data());
+    cv::resize(picture, small, small.size(), 0, 0,
+               rgb.width > square.width ? cv::INTER_AREA : cv::INTER_LINEAR);
+    auto map = network.run(picture_tensor(square, format.scale, format.mean), format.output);
+    if (!map) return bad_network(network.origin(), map.error().what);
+    if (map->shape.size() != 4 || map->shape[0] != 1 || map->shape[2] < 8 || map->shape[3] < 8)
       return bad_network(
-          path,
+          network.origin(),
           "The network's output is not a map: one picture, its channels, rows and columns are expected.");
     const int most = *std::ranges::max_element(format.person_channels);
-    if (most >= output.size[1] || *std::ranges::min_element(format.person_channels) < 0)
+    if (most >= map->shape[1] || *std::ranges::min_element(format.person_channels) < 0)
       return bad_network(
-          path, fmt::format("The network's output has {} channels; the person is said to be in channel {}.",
-                            output.size[1], most));
-    return output;
+          network.origin(),
+          fmt::format("The network's output has {} channels; the person is said to be in channel {}.",
+                      map->shape[1], most));
+    return map;
   }
 };
 
 Result<MattingNetwork> MattingNetwork::load(const fs::path& onnx) {
-  auto impl = std::make_unique<Impl>();
-  impl->path = onnx;
   std::error_code ignored;
-  if (!fs::is_regular_file(onnx, ignored))
-    return Error{ErrorCode::not_found, fmt::format("There is no network \"{}\".", onnx.string()),
-                 "Check the name and the folder.", onnx.string()};
-  auto format = read_format(onnx);
+  auto format = fs::is_regular_file(onnx, ignored) ? read_format(onnx) : MattingNetworkFormat{};
   if (!format) return format.error();
-  impl->format = std::move(*format);
-  try {
-    impl->net = cv::dnn::readNetFromONNX(onnx.string());
-    if (impl->net.empty()) return bad_network(onnx, "The file holds no network.");
-    impl->net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-    impl->net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-  } catch (const cv::Exception& fault) {
-    return bad_network(onnx, fmt::format("The network cannot be read: {}.", fault.err));
-  } catch (const std::exception& fault) {  // thrown by the standard library for sizes that the file claims
-    return bad_network(onnx, fmt::format("The network cannot be read: {}.", fault.what()));
+  auto network = OnnxNetwork::load(onnx);
+  if (!network) {
+    Error error = network.error();
+    if (error.code == ErrorCode::bad_input) error.fix = kFix;
+    return error;
   }
-  MattingNetwork network(std::move(impl));
-  const auto tried = network.alpha(Image8(64, 64, 3, 128));
+  MattingNetwork matting(std::make_unique<Impl>(Impl{std::move(*format), std::move(*network)}));
+  const auto tried = matting.alpha(Image8(64, 64, 3, 128));
   if (!tried) return tried.error();
-  return network;
+  return matting;
 }
 
 MattingNetwork::MattingNetwork(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -142,12 +127,12 @@ MattingNetwork& MattingNetwork::operator=(MattingNetwork&&) noexcept = default;
 
 Result<Image8> MattingNetwork::alpha(const Image8& rgb) const {
   try {
-    const auto output = impl_->run(rgb);
-    if (!output) return output.error();
-    const int rows = output->size[2], columns = output->size[3];
+    const auto map = impl_->run(rgb);
+    if (!map) return map.error();
+    const int rows = map->shape[2], columns = map->shape[3];
     cv::Mat share(rows, columns, CV_32F), whole, bytes;
-    for (int y = 0; y < rows; ++y)
-      for (int x = 0; x < columns; ++x) share.at<float>(y, x) = person_share(impl_->format, *output, y, x);
+    for (std::size_t pixel = 0; pixel < share.total(); ++pixel)
+      share.ptr<float>()[pixel] = person_share(impl_->format, *map, pixel);
     cv::resize(share, whole, {rgb.width, rgb.height}, 0, 0,
                rgb.width < columns ? cv::INTER_AREA : cv::INTER_LINEAR);
     whole.convertTo(bytes, CV_8U, 255);
@@ -155,9 +140,7 @@ Result<Image8> MattingNetwork::alpha(const Image8& rgb) const {
     std::memcpy(alpha.data.data(), bytes.data, alpha.data.size());
     return alpha;
   } catch (const cv::Exception& fault) {
-    return bad_network(impl_->path, fmt::format("The network cannot be run: {}.", fault.err));
-  } catch (const std::exception& fault) {
-    return bad_network(impl_->path, fmt::format("The network cannot be run: {}.", fault.what()));
+    return bad_network(impl_->network.origin(), fmt::format("The picture cannot be scaled: {}.", fault.err));
   }
 }
 

@@ -1,4 +1,4 @@
-// A third-party matting or parsing network, as an ONNX file, run by OpenCV's dnn.
+// A third-party matting or parsing network, as an ONNX file.
 #pragma once
 
 #include <array>

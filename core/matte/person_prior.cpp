@@ -25,6 +25,7 @@ constexpr double kSkullAboveBrow = 0.03;  // m
 constexpr float kSkullPlace = 1.2f;       // evidence of the place there, beyond a head's usual surroundings
 constexpr double kHairThickness = 0.03;   // m of hair that most heads have
 constexpr double kHairMargin = 0.08;      // m around the bare head
+constexpr double kLongHair = 0.2;         // m around the bare head
 constexpr double kShoulderMargin = 0.05;  // m beyond a torso of usual width
 constexpr double kSideMargin = 0.008;  // m by which the bare head's outline may be off beside face and neck
 
@@ -150,6 +151,9 @@ PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, co
       if ((Vec2d(x + 0.5, y + 0.5) - place.neck).dot(place.up) < -0.01 * scale &&
           !head.at<unsigned char>(y, x))
         prior.below.at<unsigned char>(y, x) = 255;
+  cv::Mat from_head;
+  cv::distanceTransform(255 - head, from_head, cv::DIST_L2, 3);
+  prior.hair = from_head < kLongHair * scale;
   prior.possible = prior.likely.clone();
   cv::dilate(prior.possible, prior.possible, disc(0.5 * kHairMargin * scale));
   cv::dilate(head, head, disc(kHairMargin * scale));

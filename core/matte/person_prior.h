@@ -49,7 +49,9 @@ struct PersonPrior {
   cv::Mat likely;    // 8U, 255 = head with thin hair, neck and a torso of usual width
   cv::Mat below;     // 8U, 255 = below the neck's base: clothes rather than skin and hair
   cv::Mat location;  // 32F, log-likelihood ratio of person over background from the place, -1.5..2
-  cv::Mat excluded;  // 8U, 255 = certainly background, as painted; empty if nothing was painted
+  cv::Mat excluded;  // 8U, 255 = certainly background, as painted or as a network sees it; empty if neither
+  cv::Mat hair;      // 8U, 255 = within the reach of long hair about the head
+  cv::Mat held;      // 8U, 255 = never background, as a network sees it; empty without one
 };
 PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, const Intrinsics& picture);
 

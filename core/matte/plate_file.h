@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/camera/camera.h"
 
 namespace likeness {
 
@@ -12,6 +14,8 @@ namespace likeness {
 struct PlateInfo {
   double coverage = 0;
   std::vector<int> frames;
+  std::optional<Camera>
+      camera{};  // of a mosaic (core/camera/mosaic.h); nullopt: the plate is the frames' own picture
 };
 Result<void> write_plate_info(const std::filesystem::path& path, const PlateInfo& info);
 Result<PlateInfo> read_plate_info(const std::filesystem::path& path);

@@ -50,6 +50,7 @@ Image8 draw_regions(const Capture& capture, const cv::Mat& alpha, const PersonMo
   Image8 regions(capture.width, capture.height, 3);
   for (int y = 0; y < head.rows; ++y)
     for (int x = 0; x < head.cols; ++x) {
+      if (!capture.film.empty() && !capture.film.contains(x, y)) continue;
       unsigned char* pixel = regions.at(x, y);
       pixel[0] = matte.at<unsigned char>(y, x);
       pixel[1] = head.at<unsigned char>(y, x);

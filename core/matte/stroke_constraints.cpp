@@ -19,7 +19,13 @@ void constrain_prior(PersonPrior& prior, const StrokeCover& cover) {
   LIKENESS_CHECK(prior.certain.cols == cover.person.width, "strokes of %d px on a prior of %d px",
                  cover.person.width, prior.certain.cols);
   const cv::Mat person = more_than(kSurelyCovered, cover.person);
-  prior.excluded = more_than(kSurelyCovered, cover.background);
+  const cv::Mat background = more_than(kSurelyCovered, cover.background);
+  if (prior.excluded.empty()) {
+    prior.excluded = background;
+  } else {  // a painted person outranks a network
+    prior.excluded.setTo(0, more_than(0, cover.person));
+    prior.excluded |= background;
+  }
   prior.certain |= person;
   prior.likely |= person;
   prior.possible |= more_than(0, cover.person);  // with the rim: it must not teach the plate either

@@ -23,13 +23,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Majority of a frame and its two neighbours, where these are the next frames of the video. A training frame
-// uses no held-out neighbour: nothing of a held-out picture may reach training.
+// Majority of a frame and its two neighbours, where these are the next frames of the video.
 cv::Mat steady(const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts, std::size_t i) {
-  const auto usable = [&](std::size_t other) {
-    return std::abs(jobs[other].frame - jobs[i].frame) <= 2 && (jobs[i].held_out || !jobs[other].held_out);
-  };
-  if (i == 0 || i + 1 >= jobs.size() || !usable(i - 1) || !usable(i + 1)) return cuts[i];
+  if (!has_neighbours(jobs, i)) return cuts[i];
   // Only flicker is removed: a pixel changes only where both neighbours disagree with it over a small area.
   const cv::Mat agreed = (cuts[i - 1] & cuts[i + 1]) | (cuts[i] & (cuts[i - 1] | cuts[i + 1]));
   return agreed;
@@ -56,15 +52,16 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
         person = person > 127;
       }
       const Plate room = room_of(stage, jobs[i], *picture, cv::Mat(person.size(), CV_8U, cv::Scalar(255)));
-      const Plate* plate = jobs[i].on_plate && statistics.has_plate ? &statistics.plate
-                           : room.colour.empty()                    ? nullptr
-                                                                    : &room;
+      const bool on_plate = jobs[i].on_plate && statistics.has_plate;
+      const Plate own = on_plate ? plate_of_frame(stage, jobs[i], statistics.plate, stage.size) : Plate{};
+      const Plate* plate = on_plate ? &own : room.colour.empty() ? nullptr : &room;
       const int radius = std::max(2, stage.size / 80);
       const cv::Mat alpha = network->empty() ? soften(*picture, person, plate, radius)
                                              : soften_by_network(*network, person, 2 * radius);
       Image8 out(stage.size, stage.size, 1);
       std::memcpy(out.data.data(), alpha.data, out.data.size());
       apply_strokes(strokes_on(stage, jobs[i], stage.size), out);
+      fill_outside(out, resampled(stage.capture.inside, stage.capture.size, stage.size), 0);
       written = write_image(folder / frame_name(jobs[i].frame).filename(), out);
     }
     const std::lock_guard lock(mutex);
@@ -129,13 +126,14 @@ Result<void> write_plate(const Stage& stage, const std::vector<Job>& jobs, const
   result.plate_coverage = statistics.plate.coverage();
   for (const auto& job : jobs)
     if (job.on_plate) result.plate_frames.push_back(job.frame);
-  Image8 out(stage.size, stage.size, 3);
+  const int width = statistics.plate.colour.cols, height = statistics.plate.colour.rows;
+  Image8 out(width, height, 3);
   std::memcpy(out.data.data(), statistics.plate.colour.data, out.data.size());
   if (auto written = write_image(picture, out); !written) return written;
-  Image8 known(stage.size, stage.size, 1);
+  Image8 known(width, height, 1);
   std::memcpy(known.data.data(), statistics.plate.known.data, known.data.size());
   if (auto written = write_image(seen, known); !written) return written;
-  return write_plate_info(info, {result.plate_coverage, result.plate_frames});
+  return write_plate_info(info, {result.plate_coverage, result.plate_frames, stage.mosaic});
 }
 
 }  // namespace likeness::matting

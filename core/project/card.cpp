@@ -48,7 +48,8 @@ std::string_view without_side(std::string_view name) {
   return name.ends_with("_L") || name.ends_with("_R") ? name.substr(0, name.size() - 2) : name;
 }
 
-std::vector<CardExpression> expressions(const Avatar& avatar, const ActionBasis& basis) {
+std::vector<CardExpression> expressions(const Avatar& avatar, const ActionBasis& basis,
+                                        const SeenMouth& mouth) {
   const Eigen::VectorXf rest = action_amounts(basis, avatar.neutral);
   std::vector<CardExpression> list;
   for (const NamedAction& action : basis.actions) {
@@ -63,6 +64,10 @@ std::vector<CardExpression> expressions(const Avatar& avatar, const ActionBasis&
       known->most = std::min(known->most, most);
     }
   }
+  // A smile is seen in the mouth's width and in teeth, even where the track has it as the face's shape.
+  const float smiled = std::max(float(mouth.smile), mouth.teeth ? kWell : 0.0f);
+  for (CardExpression& e : list)
+    if (e.name == "mouthSmile") e.most = std::max(e.most, smiled);
   for (CardExpression& e : list)
     e.learnt = e.most >= kWell ? Learnt::well : e.most >= kLittle ? Learnt::little : Learnt::never;
   return list;
@@ -217,7 +222,7 @@ std::vector<CardMoment> worst_moments(const std::vector<CardFrame>& frames, cons
 }  // namespace
 
 Card make_card(const Capture& capture, const CameraSet& cameras, const Track& track, const SeenViews& further,
-               const Avatar& avatar, const HeadModel& model) {
+               const Avatar& avatar, const HeadModel& model, const SeenMouth& mouth) {
   const ActionBasis basis = action_basis(model);
   Card card;
   for (const TrackedFrame& frame : track.frames) {
@@ -229,7 +234,8 @@ Card make_card(const Capture& capture, const CameraSet& cameras, const Track& tr
   card.trained = int(seen.views.size());
   card.low = seen.low, card.high = seen.high;
   card.parts = avatar.parts;
-  card.expressions = expressions(avatar, basis);
+  card.expressions = expressions(avatar, basis, mouth);
+  card.mouth = mouth;
   add_view_gaps(seen, card.gaps);
   add_expression_gaps(card.expressions, card.gaps);
   card.worst = worst_moments(card_frames(capture, cameras, track), avatar, basis);
@@ -247,8 +253,9 @@ Result<Card> project_card(const Project& project) {
   if (const auto fits = check_track_fits(track, *model); !fits) return fits.error();
   if (const auto fits = check_avatar_fits(*avatar, *model, project.folder.string()); !fits)
     return fits.error();
-  return make_card(without_left_out(capture, project.options.train.left_out), cameras, track,
-                   learnt_further_views(project), *avatar, *model);
+  const Capture trained = without_left_out(capture, project.options.train.left_out);
+  return make_card(trained, cameras, track, learnt_further_views(project), *avatar, *model,
+                   seen_mouth(project.folder, trained, cameras, track, *model));
 }
 
 }  // namespace likeness

@@ -8,6 +8,7 @@
 #include "core/capture/capture.h"
 #include "core/head/head_model.h"
 #include "core/project/project.h"
+#include "core/project/seen_mouth.h"
 #include "core/project/seen_views.h"
 #include "core/render/avatar.h"
 #include "core/scene/track.h"
@@ -39,6 +40,7 @@ struct CardGap {
 struct Card {
   int trained = 0, weak = 0, lost = 0, refused = 0;  // frames; refused: blurred or without a face
   ViewAngle low, high;  // of the camera as seen from the head, rad: 2nd to 98th percentile
+  SeenMouth mouth;      // how widely it was seen to smile, by the pictures
   std::vector<CardExpression> expressions;  // in the head model's order
   std::vector<CardGap> gaps;
   std::vector<AvatarPart> parts;  // of the method, and why it has them; empty: from before that was kept
@@ -46,9 +48,10 @@ struct Card {
 };
 
 // Training and held-out frames both count for the moments: each says what the tracker could not follow.
-// further: from where the further clips show the head, whose track is not looked at.
+// further: from where the further clips show the head, whose track is not looked at. mouth: what the pictures
+// say of smiles, which counts where the track says less.
 Card make_card(const Capture& capture, const CameraSet& cameras, const Track& track, const SeenViews& further,
-               const Avatar& avatar, const HeadModel& model);
+               const Avatar& avatar, const HeadModel& model, const SeenMouth& mouth = {});
 
 // Of a trained project.
 Result<Card> project_card(const Project& project);

@@ -176,7 +176,10 @@ Result<Project> relink_clip(const fs::path& folder, const fs::path& clip) {
   return project;
 }
 
-Result<void> check_left_out(const Capture& capture, const std::vector<int>& frames) {
+namespace {
+
+// fix: what to do instead of naming a held-out frame.
+Result<void> check_training_frames(const Capture& capture, const std::vector<int>& frames, const char* fix) {
   for (const int frame : frames) {
     const auto own = std::ranges::find(capture.frames, frame, &CaptureFrame::frame);
     if (own == capture.frames.end())
@@ -187,10 +190,20 @@ Result<void> check_left_out(const Capture& capture, const std::vector<int>& fram
           ""};
     if (own->held_out)
       return Error{ErrorCode::bad_input,
-                   fmt::format("Frame {} is held out: it measures the avatar and never trains.", frame),
-                   "Leave out training frames only.", ""};
+                   fmt::format("Frame {} is held out: it measures the avatar and never trains.", frame), fix,
+                   ""};
   }
   return {};
+}
+
+}  // namespace
+
+Result<void> check_left_out(const Capture& capture, const std::vector<int>& frames) {
+  return check_training_frames(capture, frames, "Leave out training frames only.");
+}
+
+Result<void> check_rest_frames(const Capture& capture, const std::vector<int>& frames) {
+  return check_training_frames(capture, frames, "Name a training frame in which the face rests.");
 }
 
 std::string deletion_words(const DeletedPerson& deleted) {

@@ -29,6 +29,9 @@ Result<void> check_free(const Project& project, const std::filesystem::path& out
 // avatar; leaving one out would flatter it, so they are refused by number.
 Result<void> check_left_out(const Capture& capture, const std::vector<int>& frames);
 
+// Whether these frames may be named as the person's resting face: known ones that are not held out.
+Result<void> check_rest_frames(const Capture& capture, const std::vector<int>& frames);
+
 struct DeletedPerson {
   std::uint64_t bytes = 0;
   bool folder_gone = false;

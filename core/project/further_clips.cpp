@@ -61,7 +61,7 @@ Result<Project> open_further_clip(const Project& project, int number) {
   return further;
 }
 
-Result<int> add_further_clip(Project& project, const fs::path& video, bool resting_camera) {
+Result<int> add_further_clip(Project& project, const fs::path& video, std::optional<CameraKind> camera) {
   const auto probed = probe_video(video);
   if (!probed) return probed.error();
   const auto hash = hash_video(video);
@@ -81,7 +81,7 @@ Result<int> add_further_clip(Project& project, const fs::path& video, bool resti
   while (fs::exists(further_clip_folder(*newest, number), ignored)) ++number;  // left by hand or by a failure
   ProjectOptions options;
   options.shared.video = video;
-  options.align.resting_camera = resting_camera;
+  options.align.camera = camera;
   const auto further =
       open_or_create_project(further_clip_folder(*newest, number), further_options(*newest, options));
   if (!further) return further.error();

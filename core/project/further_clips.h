@@ -26,7 +26,7 @@ Result<Project> open_further_clip(const Project& project, int number);
 // Another clip of the same person, read and tracked by the next run. Refused: the same clip twice, one that
 // cannot be read, and while another process works on the project. Returns its number.
 Result<int> add_further_clip(Project& project, const std::filesystem::path& video,
-                             bool resting_camera = false);
+                             std::optional<CameraKind> camera = std::nullopt);
 
 // One line for lists and messages.
 std::string further_clip_name(const Project& further, int number);  // "Clip 2 (film.mp4)"

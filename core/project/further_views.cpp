@@ -51,6 +51,7 @@ Result<void> add_further_views(const Project& project, const HeadModel& model, T
     for (TrainingView& view : views)
       view.has_plate =
           !plate.rgb.empty() && std::ranges::binary_search(plate_info->frames, view.camera.frame);
+    plate.camera = plate_info->camera;
     if (!plate.rgb.empty()) set.further_plates[number] = std::move(plate);
     std::ranges::move(views, std::back_inserter(set.views));
   }
@@ -74,8 +75,10 @@ Result<void> load_further_pictures(const Project& project, TrainingSet& set) {
       loaded[i] = load_view_pictures(*further, view);
       if (!loaded[i]) return;
       const int frame = view.camera.frame;
-      view.teaches = TiledMask(head.taught(*find_tracked(track, frame), *find_camera(cameras, frame),
-                                           view.camera.intrinsics, to_image(view.alpha)));
+      Image8 taught = head.taught(*find_tracked(track, frame), *find_camera(cameras, frame),
+                                  view.camera.intrinsics, to_image(view.alpha));
+      fill_outside(taught, view.inside, 0);
+      view.teaches = TiledMask(taught);
     });
     for (const auto& outcome : loaded)
       if (!outcome) return outcome.error();

@@ -16,6 +16,7 @@
 #include "core/camera/align_options.h"
 #include "core/camera/kept_path.h"
 #include "core/matte/coarse_mask.h"
+#include "core/matte/person_network.h"
 #include "core/project/staleness.h"
 #include "core/track/kept_frames.h"
 
@@ -57,31 +58,39 @@ FrameListener forgiving_listener(bool& failed, Add add) {
 
 fs::path decoded_path(const Project& project) { return project.folder / "decoded"; }
 
-std::string mask_inputs(const fs::path& landmark_model) {
-  if (landmark_model.empty()) return "system";
-  const auto hash = hash_file(landmark_model);
-  return hash ? *hash : "absent";
+std::string mask_inputs(const AlignInputs& inputs) {
+  std::string text = "system";
+  if (!inputs.landmark_model.empty()) {
+    const auto hash = hash_file(inputs.landmark_model);
+    text = hash ? *hash : "absent";
+  }
+  const std::string network = person_network_hash(inputs.person_network);
+  return network.empty() ? text : text + " person network " + network;
 }
 
 struct KeptDecoding::State {
   explicit State(const StageContext& given)
       : context(given), kept(decoded_path(given.project)), photographs(is_folder(inputs().video)) {
     align.seed = int(given.inputs.align.seed);
-    align.mask_inputs = mask_inputs(given.inputs.align.landmark_model);
+    align.mask_inputs = mask_inputs(given.inputs.align);
   }
 
   const ImportInputs& inputs() const { return context.inputs.import; }
   bool split_asks() const { return inputs().choices.split == Split::views; }
 
-  Result<std::vector<FrameListener>> looking(const VideoInfo& info) {
-    if (photographs || inputs().resting_camera) return std::vector<FrameListener>();
+  Result<std::vector<FrameListener>> looking(const VideoInfo& info, const PixelRect& film) {
+    if (photographs || inputs().camera == CameraKind::resting) return std::vector<FrameListener>();
     const auto hash = hash_video(inputs().video);
     if (!hash) return hash.error();
     video_hash = *hash;
+    meter.reset();  // of the whole picture, where bars were found in it
+    meter_failed = false;
+    align.film = film;
     motion_key = motion_inputs(*hash, align);
     motion = kept_motion(decoded_path(context.project), motion_key);
     aligned = is_current_alone(context.project, Stage::align);
-    auto mask = coarse_person_mask(context.inputs.align.landmark_model);
+    auto mask = coarse_person_mask(context.inputs.align.landmark_model, Pictures::in_sequence,
+                                   context.inputs.align.person_network);
     if (!mask) return mask.error();
     person = std::move(*mask);
     if (motion || (aligned && !split_asks())) return std::vector<FrameListener>();
@@ -96,6 +105,7 @@ struct KeptDecoding::State {
   Result<void> measure() {
     if (motion || !meter || meter_failed) return {};
     auto measured = meter->finish();
+    background = meter->take_pictures();
     meter.reset();
     if (!measured) return measured.error();
     motion = std::move(*measured);
@@ -110,8 +120,8 @@ struct KeptDecoding::State {
     meter.reset();
     motion = kept_motion(decoded_path(context.project), motion_key);
     if (motion) return {};
-    auto measured =
-        measure_background_motion(inputs().video, person, rest_limit(align), {}, context.stop, stretches);
+    auto measured = measure_background_motion(inputs().video, person, rest_limit(align), {}, context.stop,
+                                              &background, align.film, stretches);
     if (!measured) return measured.error();
     motion = std::move(*measured);
     return {};
@@ -119,7 +129,7 @@ struct KeptDecoding::State {
 
   // The frames that a moving camera filmed; nullopt: it rests, or is stated to.
   Result<std::optional<FrameSpan>> moving(const std::vector<FrameSpan>& stretches) {
-    if (inputs().resting_camera) return std::optional<FrameSpan>{};
+    if (inputs().camera == CameraKind::resting) return std::optional<FrameSpan>{};
     if (photographs)  // each was taken from another place
       return std::optional<FrameSpan>(FrameSpan{0, std::numeric_limits<int>::max()});
     if (const auto measured = measure_again(stretches); !measured) return measured.error();
@@ -140,10 +150,20 @@ struct KeptDecoding::State {
     std::uint64_t room = room_for_kept(context.project.folder);
     if (measured && motion) {
       if (!keep_motion(kept.temporary(), motion_key, *motion)) return listeners;
+      keep_pictures(room);
       if (!aligned && needs_path(*motion, align)) listen_for_path(capture, room, listeners);
     }
     if (!fit_stays(capture)) listen_for_fit(info, capture, room, listeners);
     return listeners;
+  }
+
+  void keep_pictures(std::uint64_t& room) {
+    if (aligned || background.grey.empty()) return;
+    const std::uint64_t bytes = background.grey.size() * background.grey[0].data.size() +
+                                background.person.size() * background.grey[0].data.size();
+    if (bytes > room) return;
+    if (keep_background(kept.temporary(), motion_key, background)) room -= bytes;
+    background = {};
   }
 
   void listen_for_path(const Capture& capture, std::uint64_t& room, std::vector<FrameListener>& listeners) {
@@ -153,8 +173,10 @@ struct KeptDecoding::State {
     if (!created) return;
     room -= bytes;
     path.emplace(std::move(*created));
-    listeners.push_back(
-        forgiving_listener(path_failed, [this](const VideoFrame& frame) { return path->add(frame); }));
+    listeners.push_back(forgiving_listener(path_failed, [this](const VideoFrame& frame) {
+      if (align.film.empty()) return path->add(frame);
+      return path->add({frame.index, frame.time_s, crop(frame.rgb, align.film)});
+    }));
   }
 
   void listen_for_fit(const VideoInfo& info, const Capture& capture, std::uint64_t& room,
@@ -164,8 +186,8 @@ struct KeptDecoding::State {
     options.shots = spans_where_cut(capture);
     const std::uint64_t bytes = kept_clip_bytes(capture.frames.size(), options);
     if (bytes > room) return;
-    const SquareCrop& crop = capture.crop;
-    const TrackRegion region{crop.x, crop.y, crop.side, crop.side};
+    const PixelRect part = tracked_part(capture);
+    const TrackRegion region{part.x, part.y, part.width, part.height};
     const std::set<int> held_out = held_out_frames(capture);
     const auto key = clip_frames_inputs(capture.video_hash, region, held_out, options);
     auto follower = ClipFollower::create(info, inputs().video, region, held_out, options);
@@ -210,6 +232,7 @@ struct KeptDecoding::State {
   std::string motion_key, video_hash;
   std::optional<MotionMeter> meter;
   std::optional<BackgroundMotion> motion;
+  BackgroundPictures background;
   std::optional<PathPictures> path;
   std::optional<ClipFrameKeeper> fit;
   bool meter_failed = false, path_failed = false, fit_failed = false;
@@ -220,7 +243,9 @@ KeptDecoding::~KeptDecoding() = default;
 
 ImportListeners KeptDecoding::listeners() {
   ImportListeners listeners;
-  listeners.looking = [this](const VideoInfo& info) { return state_->looking(info); };
+  listeners.looking = [this](const VideoInfo& info, const PixelRect& film) {
+    return state_->looking(info, film);
+  };
   if (state_->split_asks())
     listeners.moving = [this](const std::vector<FrameSpan>& stretches) { return state_->moving(stretches); };
   listeners.writing = [this](const VideoInfo& info, const Capture& capture) {

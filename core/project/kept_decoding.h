@@ -16,7 +16,7 @@ namespace likeness {
 std::filesystem::path decoded_path(const Project& project);
 
 // What the motion of the background in a project's clip is measured with (AlignOptions::mask_inputs).
-std::string mask_inputs(const std::filesystem::path& landmark_model);
+std::string mask_inputs(const AlignInputs& inputs);
 
 class KeptDecoding {
  public:

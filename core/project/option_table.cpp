@@ -46,24 +46,26 @@ std::vector<OptionRow> make_table() {
                   .offered = {256, 512, 1024}}},
       {.key = "split",
        .member = [](O& o) -> Split& { return o.import.split; },
-       .stale = {import},
+       .stale = {import, align},
        .flag = "--split",
        .help = "What is held out to measure on: the last tenth (tail, the default), a tenth of what a moving "
                "camera filmed, in a row (views), or three tenths at random (random30)",
        .verbs = kNewProject},
-      {.key = "resting_camera",
-       .member = [](O& o) -> bool& { return o.align.resting_camera; },
+      {.key = "camera_kind",
+       .member = [](O& o) -> std::optional<CameraKind>& { return o.align.camera; },
        .stale = {align},
-       .flag = "--resting-camera",
-       .help = "The camera rests, whatever its background does: do not check",
-       .verbs = kNewProject},
+       .flag = "--camera-kind",
+       .help =
+           "What the camera does: it rests (resting), is held in a hand and turns or zooms about one place "
+           "(handheld), or walks round the head (walking); default: found out from the clip (auto)",
+       .verbs = {.build = true, .import = true, .align = true}},
       {.key = "lens_mm",
        .member = [](O& o) -> double& { return o.align.lens_mm; },
        .stale = {align},
        .flag = "--lens",
-       .help =
-           "Focal length of a resting camera, in mm as on 35 mm film (36 mm the longer side); default: as "
-           "the clip says, or a usual one. 0: the default again",
+       .help = "Focal length of a resting or hand-held camera, in mm as on 35 mm film (36 mm the longer "
+               "side); default: as "
+               "the clip says, or a usual one. 0: the default again",
        .verbs = {.build = true, .import = true, .align = true, .fit = true},
        .range = {.low = 8, .high = 2000, .or_zero = true}},
       {.key = "head_model",
@@ -81,6 +83,15 @@ std::vector<OptionRow> make_table() {
        .help = "A matting or parsing network (.onnx) to tell the person from the background with",
        .verbs = kNewProject,
        .of_the_person = true},
+      {.key = "person_network",
+       .member = [](O& o) -> fs::path& { return o.shared.person_network; },
+       .stale = {align, matte},
+       .flag = "--person-network",
+       .help =
+           "A network (.onnx) to find the person with, or none; default: the installed one, if there is one",
+       .verbs = {.build = true, .import = true, .align = true, .fit = true},
+       .of_the_person = true,
+       .none_is_a_choice = true},
       {.key = "landmark_model",
        .member = [](O& o) -> fs::path& { return o.shared.landmark_model; },
        .stale = {import, align, fit},
@@ -141,6 +152,15 @@ std::vector<OptionRow> make_table() {
                "in addition to earlier ones; none undoes them all",
        .verbs = {.fit = true},
        .kept_with_clip = true},
+      {.key = "rest_frames",
+       .member = [](O& o) -> std::vector<int>& { return o.fit.rest_frames; },
+       .stale = {fit},
+       .flag = "--rest",
+       .help = "Frames that show the person's face at rest, mouth closed: 12 or 12,40-60, in place of those "
+               "the fit finds; auto: found again",
+       .verbs = kShape,
+       .kept_with_clip = true,
+       .taken_back = "auto"},
       {.key = "identity",
        .member = [](O& o) -> fs::path& { return o.fit.identity; },
        .stale = {fit},
@@ -249,6 +269,9 @@ std::string option_domain(const OptionRow& row) {
       std::vector<std::string> names;
       for (const Split split : kSplits) names.emplace_back(split_name(split));
       return one_of(names);
+    }
+    std::string operator()(OptionMember<std::optional<CameraKind>>) const {
+      return "auto, resting, handheld or walking";
     }
     std::string operator()(OptionMember<std::optional<FieldMode>>) const {
       std::vector<std::string> names;

@@ -26,10 +26,11 @@ namespace likeness {
 // Where a choice lies in the options.
 template <class T>
 using OptionMember = T& (*)(ProjectOptions& options);
-using AnyOptionMember = std::variant<OptionMember<std::filesystem::path>, OptionMember<bool>,
-                                     OptionMember<int>, OptionMember<double>, OptionMember<std::uint64_t>,
-                                     OptionMember<Split>, OptionMember<std::optional<FieldMode>>,
-                                     OptionMember<std::vector<int>>, OptionMember<std::vector<RefitSpan>>>;
+using AnyOptionMember =
+    std::variant<OptionMember<std::filesystem::path>, OptionMember<bool>, OptionMember<int>,
+                 OptionMember<double>, OptionMember<std::uint64_t>, OptionMember<Split>,
+                 OptionMember<std::optional<CameraKind>>, OptionMember<std::optional<FieldMode>>,
+                 OptionMember<std::vector<int>>, OptionMember<std::vector<RefitSpan>>>;
 
 // From low to high, both of them included.
 struct OptionRange {
@@ -64,8 +65,9 @@ struct OptionRow {
   std::vector<int> choices{};     // of a whole number on the command line; empty: all in the range
   bool in_every_project = false;  // project.json had it from the first version on: without it, it is damaged
   bool of_the_person = false;     // further clips of the person follow the project's first clip
-  // A build of the same clip keeps it unless the flag is given, and the word "none" takes it back.
-  bool kept_with_clip = false;
+  bool kept_with_clip = false;    // a build of the same clip keeps it unless the flag is given
+  const char* taken_back = "none";  // the word that takes back what is kept with the clip
+  bool none_is_a_choice = false;    // of a path: "none" is no file's name, but a value other than empty
   StudioField studio{};
 };
 

@@ -12,7 +12,6 @@ namespace likeness {
 
 namespace {
 
-constexpr std::string_view kNone = "none";
 constexpr int kMaxFrames = 1'000'000;
 
 // "12,40-60" -> 12 to 12 and 40 to 60; empty if the words are not such a list.
@@ -37,10 +36,10 @@ std::vector<RefitSpan> spans_in(std::string_view words) {
 
 // Reads the words as a value of one kind; false: they are not one.
 struct ReadWords {
-  std::string_view words;
+  std::string_view words, none;
 
   bool operator()(std::filesystem::path& path) const {
-    path = words == kNone ? std::filesystem::path() : std::filesystem::path(words);
+    path = words == none ? std::filesystem::path() : std::filesystem::path(words);
     return true;
   }
   bool operator()(std::vector<int>& frames) const {
@@ -48,10 +47,10 @@ struct ReadWords {
     frames.clear();
     for (const RefitSpan& span : merged_spans(spans))
       for (int frame = span.first; frame <= span.last; ++frame) frames.push_back(frame);
-    return words == kNone || !spans.empty();
+    return words == none || !spans.empty();
   }
   bool operator()(std::vector<RefitSpan>& spans) const {
-    if (words == kNone) {
+    if (words == none) {
       spans.clear();
       return true;
     }
@@ -70,9 +69,10 @@ struct ReadWords {
 
 Result<void> read_option_words(const OptionRow& row, std::string_view words, ProjectOptions& options) {
   ProjectOptions changed = options;
-  if (!with_option(row, changed, ReadWords{words}))
+  if (!with_option(row, changed, ReadWords{words, row.taken_back}))
     return Error{ErrorCode::bad_input, fmt::format("\"{}\" is not a list of frames.", words),
-                 fmt::format("Write numbers and spans, e.g. {} 12,40-60, or none.", row.flag), ""};
+                 fmt::format("Write numbers and spans, e.g. {} 12,40-60, or {}.", row.flag, row.taken_back),
+                 ""};
   copy_option(row, changed, options);
   return {};
 }

@@ -8,7 +8,7 @@
 
 namespace likeness {
 
-// Changes the row's choice to what the words say; "none" takes it back.
+// Changes the row's choice to what the words say; the row's word, mostly "none", takes it back.
 //   a path      the path
 //   frames      "12,40-60": these
 //   spans       "190-204": these beside those there are

@@ -23,6 +23,8 @@ namespace {
 
 // The mode's second key: whether the user asked for it. Versions that did not choose read the default.
 constexpr const char* kModeAsked = "mode_asked";
+constexpr const char* kFoundOut = "auto";         // a camera's kind that the user did not state
+constexpr const char* kRests = "resting_camera";  // what older projects have instead of the kind
 
 struct WriteOption {
   json& object;
@@ -30,6 +32,9 @@ struct WriteOption {
 
   void operator()(const fs::path& path) const { object[key] = path.string(); }
   void operator()(const Split& split) const { object[key] = split_name(split); }
+  void operator()(const std::optional<CameraKind>& kind) const {
+    object[key] = kind ? camera_kind_name(*kind) : kFoundOut;
+  }
   void operator()(const std::optional<FieldMode>& mode) const {
     object[key] = mode_name(mode.value_or(kDefaultMode));
     object[kModeAsked] = mode.has_value();
@@ -93,6 +98,16 @@ struct ReadOption {
     if (named) split = *named;
     return named.has_value();
   }
+  bool operator()(std::optional<CameraKind>& kind) const {
+    if (!object.contains(row.key)) {  // from before a camera could be anything but at rest or moving
+      if (!object.at(kRests).is_boolean()) return false;
+      kind = object.at(kRests).get<bool>() ? std::optional(CameraKind::resting) : std::nullopt;
+      return true;
+    }
+    const auto name = value().get<std::string>();
+    kind = camera_kind_named(name);
+    return kind || name == kFoundOut;
+  }
   // In a project from before parts were chosen, the default mode was not the user's choice.
   bool operator()(std::optional<FieldMode>& mode) const {
     const auto named = version == 1          ? std::optional(mode_of_switches(object))
@@ -118,8 +133,9 @@ struct ReadOption {
 };
 
 bool is_there(const json& object, const OptionRow& row, int version) {
-  const bool by_switches = version == 1 && std::string_view(row.key) == "mode";
-  return by_switches || object.contains(row.key);
+  const bool by_switches = version == 1 && std::string_view(row.key) == "mode",
+             by_rest = std::string_view(row.key) == "camera_kind" && object.contains(kRests);
+  return by_switches || by_rest || object.contains(row.key);
 }
 
 Error refusal(std::string what) { return {ErrorCode::bad_input, std::move(what), "", "options"}; }

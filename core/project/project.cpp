@@ -182,8 +182,9 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
   }
   project.options = options;
   for (const OptionRow& row : option_table())
-    with_option(row, project.options, [](auto& value) {
-      if constexpr (std::is_same_v<decltype(value), fs::path&>) value = remembered(value);
+    with_option(row, project.options, [&row](auto& value) {
+      if constexpr (std::is_same_v<decltype(value), fs::path&>)
+        if (!row.none_is_a_choice || value != "none") value = remembered(value);
     });
   if (const auto saved = save_project(project); !saved) return saved.error();
   return project;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/camera/camera.h"
 #include "core/capture/capture.h"
 #include "core/track/clip/refit_span.h"
 #include "core/train/mode.h"
@@ -18,6 +19,7 @@ struct SharedChoices {
   std::filesystem::path head_model;      // empty = the built-in head
   std::filesystem::path landmark_model;  // empty = the system's
   std::uint64_t seed = 0;
+  std::filesystem::path person_network{};  // ONNX; empty = the installed one if there is one, "none" = none
 
   bool operator==(const SharedChoices&) const = default;
 };
@@ -30,8 +32,9 @@ struct ImportChoices {
 };
 
 struct AlignChoices {
-  bool resting_camera = false;  // the user's word; otherwise the align stage finds out
-  double lens_mm = 0;           // of a resting camera, as on 35 mm film; 0: as the clip says, or a usual one
+  std::optional<CameraKind> camera;  // what it does, by the user's word; empty: the align stage finds out
+  double lens_mm =
+      0;  // of a resting or hand-held camera, as on 35 mm film; 0: as the clip says, or a usual one
 
   bool operator==(const AlignChoices&) const = default;
 };
@@ -40,6 +43,7 @@ struct FitChoices {
   std::filesystem::path identity;      // the person's shape, known from elsewhere; empty = fitted
   std::filesystem::path displacement;  // a folder of detail maps (core/head/detail_maps.h); empty: none
   std::vector<RefitSpan> refits;       // of the track, fitted again; ascending, apart from each other
+  std::vector<int> rest_frames;        // that show the resting face, ascending; empty: found
 
   bool operator==(const FitChoices&) const = default;
 };

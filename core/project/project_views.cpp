@@ -23,6 +23,13 @@ std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& ca
   return camera;
 }
 
+std::optional<Camera> filmed_camera(const Capture& capture, const CameraSet& cameras, const Track& track,
+                                    int frame) {
+  const auto camera = picture_camera(capture, cameras, track, frame);
+  if (!camera) return std::nullopt;
+  return view_of_part(*camera, capture.inside);
+}
+
 Capture without_left_out(Capture capture, const std::vector<int>& left_out) {
   for (CaptureFrame& frame : capture.frames) {
     if (!frame.used || std::ranges::find(left_out, frame.frame) == left_out.end()) continue;
@@ -92,6 +99,12 @@ Result<void> load_view_pictures(const Project& project, TrainingView& view) {
 
 std::vector<TrainingView> tracked_views(const TrackedCapture& tracked) {
   const auto& [capture, cameras, track] = tracked;
+  TiledMask teaches;
+  if (!capture.inside.empty()) {
+    Image8 filmed(capture.size, capture.size, 1, 255);
+    fill_outside(filmed, capture.inside, 0);
+    teaches = TiledMask(filmed);
+  }
   std::vector<TrainingView> views;
   for (const CaptureFrame& frame : capture.frames) {
     if (!frame.used) continue;
@@ -101,6 +114,8 @@ std::vector<TrainingView> tracked_views(const TrackedCapture& tracked) {
     TrainingView& view = views.emplace_back();
     view.camera = *camera;
     view.pose = found->pose;
+    view.teaches = teaches;
+    view.inside = capture.inside;
   }
   return views;
 }

@@ -17,6 +17,10 @@ namespace likeness {
 std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& cameras, const Track& track,
                                      int frame);
 
+// The same for the part of the pictures that was filmed.
+std::optional<Camera> filmed_camera(const Capture& capture, const CameraSet& cameras, const Track& track,
+                                    int frame);
+
 // What the stages before training found.
 struct TrackedCapture {
   Capture capture;
@@ -36,7 +40,7 @@ Result<void> check_track_fits(const Track& track, const HeadModel& model);
 Capture without_left_out(Capture capture, const std::vector<int>& left_out);
 
 // One view a used frame with a good or weak track whose camera is known, without pictures; has_plate is not
-// known here.
+// known here. What was not filmed of a picture does not teach.
 std::vector<TrainingView> tracked_views(const TrackedCapture& tracked);
 // One of the project's own pictures, frames/000360.png or masks/000360.png. One that is missing, damaged or
 // of another size is an Error that says which folder to delete, so that it is made anew.

@@ -182,8 +182,8 @@ Result<Track> apply_refits(const Project& project, const RefitWork& work, const 
       outcomes.push_back(*known);
       continue;
     }
-    const TrackRegion region{work.capture.crop.x, work.capture.crop.y, work.capture.crop.side,
-                             work.capture.crop.side};
+    const PixelRect part = tracked_part(work.capture);
+    const TrackRegion region{part.x, part.y, part.width, part.height};
     RefitOptions options;
     options.track = work.options;
     auto refit = refit_span(inputs.video, region, work.cameras, held_out_frames(work.capture), work.model,

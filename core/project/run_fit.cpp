@@ -94,6 +94,7 @@ Result<void> run_fit(const StageContext& context) {
   work.options.kept = decoded_path(context.project);
   work.fitted = first_track_is_there(context, *model, work.fit_inputs);
   context.record.track_inputs = work.fitted ? work.fit_inputs : "";
+  work.options.rest_frames = inputs.choices.rest_frames;
   auto person = known_person(context, *model);
   if (!person) return person.error();
   work.options.person = std::move(*person);
@@ -102,7 +103,8 @@ Result<void> run_fit(const StageContext& context) {
   Progress rest = context.progress;
   if (!*first) {
     work.fitted = false;
-    const TrackRegion region{capture->crop.x, capture->crop.y, capture->crop.side, capture->crop.side};
+    const PixelRect part = tracked_part(*capture);
+    const TrackRegion region{part.x, part.y, part.width, part.height};
     const bool again = !inputs.choices.refits.empty();
     auto whole = track_clip(inputs.video, region, *cameras, held_out_frames(*capture), *model, work.options,
                             rest.stage(0, again ? 0.9 : 1, "fit"), context.stop);
@@ -122,6 +124,8 @@ Result<void> run_fit(const StageContext& context) {
         "The camera moved too little to give distances in metres; for a better avatar walk a wider arc "
         "round the head.");
   }
+  if (!track->rest.warning.empty() && !is_further(context.project))
+    context.record.warnings.push_back(track->rest.warning);
   drop_clip_frames(decoded_path(context.project));
   context.record.message = track_words(*track, *model);
   if (work.options.person && !is_further(context.project))

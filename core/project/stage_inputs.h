@@ -13,14 +13,15 @@ namespace likeness {
 
 // Units and what empty means: project_options.h. What a stage reads of other stages' results is not here.
 struct ImportInputs {
-  std::filesystem::path video, landmark_model;
-  bool resting_camera = false;
+  std::filesystem::path video, landmark_model, person_network;
+  std::optional<CameraKind> camera;
   ImportChoices choices{};
 };
 
 struct AlignInputs {
-  std::filesystem::path video, landmark_model;
+  std::filesystem::path video, landmark_model, person_network;
   std::uint64_t seed = 0;
+  Split split = Split::tail;  // a hand-held camera's held-out frames say nothing about its other ones
   AlignChoices choices{};
 };
 
@@ -30,7 +31,7 @@ struct FitInputs {
 };
 
 struct MatteInputs {
-  std::filesystem::path head_model;
+  std::filesystem::path head_model, person_network;
   std::uint64_t seed = 0;
   MatteChoices choices{};
 };

@@ -18,6 +18,7 @@
 #include "core/head/detail_maps.h"
 #include "core/head/load_head_model.h"
 #include "core/matte/matting_network.h"
+#include "core/matte/person_network.h"
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
 #include "core/project/project_attributes.h"
@@ -31,9 +32,10 @@ namespace fs = std::filesystem;
 namespace {
 
 // Raised when a stage's method changes in such a way that old results should be made again.
-constexpr std::array<int, kStages.size()> kStageVersion{1, 3, 6, 4, 4};
-constexpr int kDetailVersion = 1;  // the same for what is learnt from detail maps
-constexpr int kRefitVersion = 1;   // the same for spans fitted again
+constexpr std::array<int, kStages.size()> kStageVersion{1, 4, 7, 4, 4};
+constexpr int kDetailVersion = 1;         // the same for what is learnt from detail maps
+constexpr int kRefitVersion = 1;          // the same for spans fitted again
+constexpr int kPersonNetworkVersion = 1;  // the same for how the person network is heard
 
 std::string content_of(const fs::path& path) {
   if (path.empty()) return "none";
@@ -65,26 +67,42 @@ std::string landmark_model_text(const fs::path& landmark_model) {
   return landmark_model.empty() ? "" : " landmark model " + content_of(landmark_model);
 }
 
+// Empty without a network, so that the hashes of other projects stay as they are.
+std::string person_network_text(const fs::path& choice) {
+  const std::string hash = person_network_hash(choice);
+  return hash.empty() ? "" : fmt::format(" person network {} {}", kPersonNetworkVersion, hash);
+}
+
 std::string import_text(const Project& project, const ImportInputs& inputs) {
-  const auto& [video, landmark_model, resting_camera, choices] = inputs;
+  const auto& [video, landmark_model, person_network, camera, choices] = inputs;
   const auto& [size, split] = choices;
   std::string text = fmt::format("{} {}", clip_content(project, video), size);
   if (is_further(project)) text += " further";
   if (split != Split::tail) text.append(" ").append(split_name(split));
-  if (split == Split::views && resting_camera) text += " rests";  // what such a split refuses
+  if (split == Split::views && camera == CameraKind::resting) text += " rests";  // what such a split refuses
+  // Such a split asks where the camera moves, which is measured beside the person.
+  if (split == Split::views && camera != CameraKind::resting) text += person_network_text(person_network);
   return text + landmark_model_text(landmark_model);
 }
 
 std::string align_text(const Project& project, const AlignInputs& inputs) {
-  const auto& [video, landmark_model, seed, choices] = inputs;
-  const auto& [resting_camera, lens_mm] = choices;
-  std::string text =
-      fmt::format("{} {}{}", clip_content(project, video), seed, resting_camera ? " rests" : "");
+  const auto& [video, landmark_model, person_network, seed, split, choices] = inputs;
+  const auto& [camera, lens_mm] = choices;
+  std::string text = fmt::format("{} {}", clip_content(project, video), seed);
+  if (camera)
+    text += *camera == CameraKind::resting ? " rests" : fmt::format(" {}", camera_kind_name(*camera));
+  if (split != Split::tail && camera != CameraKind::resting) text.append(" ").append(split_name(split));
   if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
-  // Only of a film of which parts are left out, so that the hashes of other projects stay as they are.
-  if (const auto capture = read_capture(capture_path(project)))
+  if (camera != CameraKind::resting)
+    text += person_network_text(person_network);  // else nobody is looked for
+  // Only of a film with bars, or of which parts are left out, so that the hashes of other projects stay as
+  // they are.
+  if (const auto capture = read_capture(capture_path(project))) {
+    if (const PixelRect& film = capture->film; !film.empty())
+      text += fmt::format(" film {} {} {} {}", film.x, film.y, film.width, film.height);
     for (const FrameSpan& part : stretches_that_serve(*capture))
       text += fmt::format(" {}-{}", part.first, part.last);
+  }
   return text + landmark_model_text(landmark_model);
 }
 
@@ -97,7 +115,7 @@ std::string person_content(const fs::path& folder) {
 // video does not enter: the contents of the capture and the cameras stand for it.
 std::string fit_text(const Project& project, const FitInputs& inputs) {
   const auto& [video, head_model, landmark_model, choices] = inputs;
-  const auto& [identity, displacement, refits] = choices;
+  const auto& [identity, displacement, refits, rest_frames] = choices;
   std::string text =
       fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                   head_model_content(head_model), content_of(landmark_model));
@@ -110,6 +128,7 @@ std::string fit_text(const Project& project, const FitInputs& inputs) {
     const auto maps = detail_maps_hash(displacement);
     text += fmt::format(" displacement {} {}", kDetailVersion, maps ? *maps : "absent");
   }
+  if (!rest_frames.empty()) text += fmt::format(" rest {}", fmt::join(rest_frames, ","));
   if (!refits.empty()) {
     text += fmt::format(" again {}:", kRefitVersion);
     for (const RefitSpan& span : refits) text += fmt::format(" {}-{}", span.first, span.last);
@@ -120,12 +139,14 @@ std::string fit_text(const Project& project, const FitInputs& inputs) {
 // seed does not enter: it is for the room behind a moving camera, whose path, found with the same seed,
 // counts by content.
 std::string matte_text(const Project& project, const MatteInputs& inputs) {
-  const auto& [head_model, seed, choices] = inputs;
+  const auto& [head_model, person_network, seed, choices] = inputs;
   const auto& [matting_network] = choices;
   std::string text =
       fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                   content_of(track_path(project)), head_model_content(head_model));
-  if (!matting_network.empty()) text.append(" ").append(matting_network_hash(matting_network));
+  // A matting network is heard instead of the person network.
+  text += matting_network.empty() ? person_network_text(person_network)
+                                  : " " + matting_network_hash(matting_network);
   // Only if strokes were painted, so that the hashes of other projects stay as they are.
   if (const auto strokes = corrections_hash(project); !strokes.empty())
     text.append(" strokes ").append(strokes);

@@ -35,6 +35,7 @@ Result<TrainingSet> load_training_views(const Project& project, const HeadModel&
   set.torso_modes = track.torso_modes;
   if (const auto read_plate = read_project_plate(project, set.plate, set.plate_known); !read_plate)
     return read_plate.error();
+  if (!set.plate.empty()) set.plate_camera = plate_info->camera;
   set.views = tracked_views(*read);
   for (TrainingView& view : set.views)
     view.has_plate = !set.plate.empty() && std::ranges::binary_search(plate_info->frames, view.camera.frame);

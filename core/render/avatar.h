@@ -11,6 +11,7 @@
 #include "core/base/linalg.h"
 #include "core/base/result.h"
 #include "core/camera/camera.h"
+#include "core/camera/mosaic.h"
 #include "core/field/field.h"
 #include "core/head/expression_detail.h"
 #include "core/head/head_model.h"
@@ -97,12 +98,14 @@ struct Avatar {
   std::vector<AttributeRegion> attributes;  // painted by the user; each has an entry in the field's psi
   Pose world_from_head = Pose::Identity();  // typical, for orbit and sliders
   Pose world_from_torso = Pose::Identity();
-  TorsoModes torso_modes;                  // empty: a rigid torso
-  NeckZone neck;                           // empty: the head's field is rigid down to its end
-  Intrinsics intrinsics;                   // of the training pictures (crop, size x size)
+  TorsoModes torso_modes;  // empty: a rigid torso
+  NeckZone neck;           // empty: the head's field is rigid down to its end
+  Intrinsics
+      intrinsics;  // of the part that was filmed of the training pictures (crop, size x size): mostly all
   Pose cam_from_world = Pose::Identity();  // typical
-  Image8 plate;                            // empty without a static camera
-  std::optional<FieldPart> room;           // in the world's frame: behind a person filmed by a moving camera
+  Image8 plate;                            // the background that the typical camera sees; empty: not known
+  std::optional<Mosaic> mosaic;            // of which the plate is a part, behind a hand-held camera
+  std::optional<FieldPart> room;           // in the world's frame: behind a person filmed by a walking camera
   int size = 256;
   std::uint64_t steps = 0, seed = 0;
   double train_seconds = 0;

@@ -341,6 +341,23 @@ FieldPart unconditioned_from(const json& j, const Sections& sections, const char
   return part;
 }
 
+Mosaic mosaic_from_json(const json& j, const Sections& sections) {
+  Mosaic mosaic;
+  mosaic.camera.frame = -1;
+  mosaic.camera.intrinsics = intrinsics_from_json(j.at("intrinsics"));
+  mosaic.camera.cam_from_world = pose_from_json(j.at("cam_from_world"), "the mosaic's camera");
+  const int width = mosaic.camera.intrinsics.width, height = mosaic.camera.intrinsics.height;
+  const std::size_t pixels = std::size_t(width) * std::size_t(height);
+  mosaic.colour.width = width, mosaic.colour.height = height, mosaic.colour.channels = 3;
+  if (!from_section(sections, "mosaic", 3 * pixels, mosaic.colour.data))
+    throw Bad{"section 'mosaic' has the wrong size"};
+  if (!j.at("known").get<bool>()) return mosaic;
+  mosaic.known.width = width, mosaic.known.height = height, mosaic.known.channels = 1;
+  if (!from_section(sections, "mosaic_known", pixels, mosaic.known.data))
+    throw Bad{"section 'mosaic_known' has the wrong size"};
+  return mosaic;
+}
+
 Avatar avatar_from(const Sections& sections) {
   const json j = meta_of(sections);
   Avatar a;
@@ -406,6 +423,7 @@ Avatar avatar_from(const Sections& sections) {
     if (!from_section(sections, "plate", std::size_t(width) * height * 3, a.plate.data))
       throw Bad{"section 'plate' has the wrong size"};
   }
+  if (j.contains("mosaic")) a.mosaic = mosaic_from_json(j.at("mosaic"), sections);
   return a;
 }
 
@@ -446,6 +464,10 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"plate_width", avatar.plate.width},
             {"plate_height", avatar.plate.height}};
   if (avatar.room) j["room"] = part_to_json(*avatar.room);
+  if (avatar.mosaic)
+    j["mosaic"] = {{"intrinsics", to_json(avatar.mosaic->camera.intrinsics)},
+                   {"cam_from_world", to_json(avatar.mosaic->camera.cam_from_world)},
+                   {"known", !avatar.mosaic->known.empty()}};
   if (!avatar.detail.empty())
     j["detail"] = {{"vertices", avatar.detail.vertices.size()}, {"components", avatar.detail.components()}};
   for (const ActionRange& range : avatar.seen) j["seen"].push_back(to_json(range));
@@ -466,6 +488,10 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
   for (const Vec3f& v : avatar.person.offsets) offsets.insert(offsets.end(), {v.x(), v.y(), v.z()});
   if (!offsets.empty()) sections["offsets"] = to_section(offsets);
   if (!avatar.plate.empty()) sections["plate"] = to_section(avatar.plate.data);
+  if (avatar.mosaic) {
+    sections["mosaic"] = to_section(avatar.mosaic->colour.data);
+    if (!avatar.mosaic->known.empty()) sections["mosaic_known"] = to_section(avatar.mosaic->known.data);
+  }
   return write_sections(path, kFormat, sections);
 }
 

@@ -150,6 +150,22 @@ json frame_json(const TrackedFrame& f) {
   return frame;
 }
 
+json rest_json(const RestChoice& rest) {
+  return {{"frames", rest.frames},
+          {"asked", rest.asked},
+          {"trust", rest.trust},
+          {"why", rest.why},
+          {"warning", rest.warning}};
+}
+
+RestChoice rest_from(const json& j) {
+  RestChoice rest{j.at("frames").get<std::vector<int>>(), j.at("asked").get<bool>(),
+                  j.at("trust").get<double>(), j.at("why").get<std::string>(),
+                  j.at("warning").get<std::string>()};
+  if (!std::isfinite(rest.trust)) throw std::runtime_error("the rest's trust is not a number");
+  return rest;
+}
+
 TrackedFrame frame_from(const json& j) {
   TrackedFrame f;
   f.frame = j.at("frame").get<int>();
@@ -194,6 +210,7 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
                      {"head_model_file", track.head_model_file},
                      {"identity", vector_json(track.person.identity)},
                      {"neutral", articulation_json(track.neutral)},
+                     {"rest", rest_json(track.rest)},
                      {"has_torso", track.has_torso},
                      {"torso_modes", torso_modes_json(track.torso_modes)},
                      {"metres_per_unit", track.metres_per_unit},
@@ -248,6 +265,7 @@ Result<Track> read_track(const std::filesystem::path& path) {
     track.person.identity = vector_from(j.at("identity"));
     track.person.offsets = offsets_from(j.at("offsets"));
     track.neutral = articulation_from(j.at("neutral"));
+    if (j.contains("rest")) track.rest = rest_from(j.at("rest"));
     track.has_torso = j.at("has_torso").get<bool>();
     if (j.contains("torso_modes")) track.torso_modes = torso_modes_from(j.at("torso_modes"));
     track.metres_per_unit = j.at("metres_per_unit").get<double>();

@@ -30,11 +30,21 @@ struct TrackedFrame {
   double inner_error_px = 0;  // mean distance of the fitted to the detected landmarks 17..67
 };
 
+// From which frames a person's resting face was read, and why (core/track/fit/choose_rest.h).
+struct RestChoice {
+  std::vector<int> frames;  // ascending, training frames; empty: not chosen frame by frame
+  bool asked = false;       // the user named them
+  double trust = 1;         // 0..1: how far they can be taken for a face at rest
+  std::string why;          // in words
+  std::string warning;      // what is wrong with them; empty: nothing
+};
+
 struct Track {
   std::string head_model_name, head_model_hash;
   std::string head_model_file;  // empty for the built-in head
   PersonShape person;
   Articulation neutral;        // the person's resting face, from training frames
+  RestChoice rest;             // which ones
   bool has_torso = true;       // enough torso in the picture to model
   TorsoModes torso_modes;      // how this torso deforms, from training frames; empty: rigid
   double metres_per_unit = 1;  // of the cameras' world; camera translations times this are metres

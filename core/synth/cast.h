@@ -25,7 +25,7 @@ struct SkinLook {
   float gloss = 0;       // 0 usual .. 1 shiny
 };
 
-enum class HairCut { swept, cropped, receding, bob, shoulder_long };
+enum class HairCut { swept, cropped, receding, bob, shoulder_long, loose };
 
 struct HairLook {
   HairCut cut = HairCut::swept;

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
-#include <string_view>
 #include <system_error>
 
 #include "core/base/files.h"
@@ -15,8 +15,12 @@
 #include "core/scene/mesh_scene.h"
 #include "core/scene/track.h"
 #include "core/synth/cast.h"
+#include "core/synth/demo_camera.h"
 #include "core/synth/demo_stage.h"
+#include "core/synth/demo_truth.h"
+#include "core/synth/drift.h"
 #include "core/video/encode.h"
+#include "core/video/lens_tag.h"
 
 namespace likeness {
 namespace {
@@ -38,12 +42,12 @@ class Unfinished {
   }
   const fs::path& part() const { return part_; }
 
-  Result<void> keep(bool habit) {
+  Result<void> keep() {
     for (const char* name : {"demo.mp4", "cameras_truth.json", "track_truth.json", "masks_truth",
-                             "habit_truth.json", "habit_truth"}) {
+                             "habit_truth.json", "habit_truth", "wall_truth", "drift_truth.json"}) {
       std::error_code error;
       fs::remove_all(folder_ / name, error);
-      if (!habit && std::string_view(name).starts_with("habit")) continue;
+      if (!fs::exists(part_ / name)) continue;  // of an option that was not asked for
       fs::rename(part_ / name, folder_ / name, error);
       if (error) return file_error(folder_ / name, "put in place", error.value());
     }
@@ -60,7 +64,38 @@ Error bad_option(std::string what, std::string fix) {
   return {ErrorCode::bad_input, std::move(what), std::move(fix), "demo"};
 }
 
-Result<void> check_options(const DemoOptions& o) {
+Result<void> check_cast(const DemoOptions& o) {
+  const int people = int(demo_people().size()), lights = int(demo_lights().size());
+  if (o.person < 0 || o.person >= people) {
+    return bad_option(fmt::format("There is no demo person {}.", o.person),
+                      fmt::format("Choose 0 to {}; `likeness demo --list` lists them.", people - 1));
+  }
+  if (o.light < 0 || o.light >= lights) {
+    return bad_option(fmt::format("There is no demo light {}.", o.light),
+                      fmt::format("Choose 0 to {}; `likeness demo --list` lists them.", lights - 1));
+  }
+  return {};
+}
+
+Result<void> check_camera(const DemoOptions& o) {
+  if (!(o.hand_turn_deg >= 0 && o.hand_turn_deg <= kMostHandTurn_deg)) {
+    return bad_option(
+        fmt::format("A hand that turns the camera by {} degrees cannot be filmed.", o.hand_turn_deg),
+        fmt::format("Choose 0 to {} degrees.", kMostHandTurn_deg));
+  }
+  if (!(o.hand_shift_m >= 0 && o.hand_shift_m <= kMostHandShift_m)) {
+    return bad_option(
+        fmt::format("A hand that displaces the camera by {} m cannot be filmed.", o.hand_shift_m),
+        fmt::format("Choose 0 to {} m.", kMostHandShift_m));
+  }
+  if (o.cuts < 0 || o.cuts >= o.frames) {
+    return bad_option(fmt::format("{} frames cannot be cut {} times.", o.frames, o.cuts),
+                      "Choose fewer cuts than frames.");
+  }
+  return {};
+}
+
+Result<void> check_picture(const DemoOptions& o) {
   if (o.width < 32 || o.height < 32 || o.width > 4096 || o.height > 4096) {
     return bad_option(fmt::format("A demo of {} x {} pixels cannot be made.", o.width, o.height),
                       "Choose a size from 32 to 4096.");
@@ -77,15 +112,12 @@ Result<void> check_options(const DemoOptions& o) {
     return bad_option(fmt::format("{} samples a pixel cannot be taken.", o.samples_per_pixel),
                       "Choose 1 to 256 samples a pixel.");
   }
-  const int people = int(demo_people().size()), lights = int(demo_lights().size());
-  if (o.person < 0 || o.person >= people) {
-    return bad_option(fmt::format("There is no demo person {}.", o.person),
-                      fmt::format("Choose 0 to {}; `likeness demo --list` lists them.", people - 1));
-  }
-  if (o.light < 0 || o.light >= lights) {
-    return bad_option(fmt::format("There is no demo light {}.", o.light),
-                      fmt::format("Choose 0 to {}; `likeness demo --list` lists them.", lights - 1));
-  }
+  return {};
+}
+
+Result<void> check_options(const DemoOptions& o) {
+  for (const auto check : {check_picture, check_cast, check_camera})
+    if (auto checked = check(o); !checked) return checked;
   return {};
 }
 
@@ -95,9 +127,21 @@ struct Truth {
   Track track;
 };
 
+// Whether one camera films all of it.
+bool rests_throughout(const DemoStage& stage, const DemoOptions& options) {
+  if (!camera_rests(uncut(options, stage.shots()), 0)) return false;
+  return std::ranges::all_of(stage.shots(), [](const DemoShot& shot) { return shot.camera == 0; });
+}
+
+CameraKind kind_of(DemoCamera camera) {
+  const bool turns =
+      camera == DemoCamera::handheld || camera == DemoCamera::zoom || camera == DemoCamera::slide;
+  return turns ? CameraKind::handheld : CameraKind::walking;
+}
+
 Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
   Truth truth;
-  truth.cameras.is_static = moving_frames(options) == 0;
+  truth.cameras.kind = rests_throughout(stage, options) ? CameraKind::resting : kind_of(options.camera);
   truth.cameras.scale = CameraScale::metric;
   truth.track.head_model_name = stage.model().name;
   truth.track.head_model_hash = stage.model().hash;
@@ -105,8 +149,8 @@ Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
   truth.track.person = stage.person_shape();
   for (int frame = 0; frame < options.frames; ++frame) {
     const Shot shot = stage.shot(frame);
-    const Pose world = truth.cameras.is_static ? shot.camera.cam_from_world : Pose::Identity();
-    if (!truth.cameras.is_static) {
+    const Pose world = truth.cameras.rests() ? shot.camera.cam_from_world : Pose::Identity();
+    if (!truth.cameras.rests()) {
       truth.cameras.cameras.push_back(shot.camera);
     } else if (frame == 0) {
       Camera camera{-1, shot.camera.intrinsics, Pose::Identity()};
@@ -129,11 +173,17 @@ Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
   return truth;
 }
 
+// Every tenth frame, and the first of every shot.
+bool shows_room(const DemoStage& stage, int frame) {
+  return frame % 10 == 0 || shot_of(stage.shots(), frame).first == frame;
+}
+
 Result<void> film_all(DemoStage& stage, const fs::path& folder, const DemoOptions& options,
                       const Progress& progress, std::stop_token stop) {
   EncodeOptions encode;
   encode.frames_per_second = options.frames_per_second;
   encode.crf = 14;
+  if (options.lens_tag) encode.tags.emplace_back(kFocalLengthTag, std::to_string(focal_35mm(options)));
   auto video = VideoWriter::create(folder / "demo.mp4", options.width, options.height, encode);
   if (!video) return video.error();
   for (int frame = 0; frame < options.frames; ++frame) {
@@ -143,6 +193,12 @@ Result<void> film_all(DemoStage& stage, const fs::path& folder, const DemoOption
     if (auto added = video->add(picture.rgb); !added) return added;
     const fs::path mask = folder / "masks_truth" / fmt::format("{:06d}.png", frame);
     if (auto written = write_image(mask, picture.mask); !written) return written;
+    if (options.camera != DemoCamera::guided && shows_room(stage, frame)) {
+      const auto room = stage.film_room(frame, stop);
+      if (!room) return cancelled_error();
+      const fs::path path = folder / "wall_truth" / fmt::format("{:06d}.png", frame);
+      if (auto written = write_image(path, *room); !written) return written;
+    }
     progress.report((frame + 1.0) / options.frames, fmt::format("frame {} of {}", frame + 1, options.frames));
   }
   return video->finish();
@@ -182,6 +238,31 @@ Result<void> write_habit_truth(const DemoStage& stage, const fs::path& folder, c
                     json_text(nlohmann::json{{"strengths", strengths}}, 1) + "\n");
 }
 
+Result<void> write_drift_truth(const fs::path& folder, const DemoOptions& options) {
+  nlohmann::json gains = nlohmann::json::array(), face = gains, room = gains;
+  for (int frame = 0; frame < options.frames; ++frame) {
+    const Drift drift = drift_of(options, frame);
+    gains.push_back({drift.gain.x(), drift.gain.y(), drift.gain.z()});
+    face.push_back(drift.face_blur_px), room.push_back(drift.room_blur_px);
+  }
+  const nlohmann::json all = {{"gains", gains}, {"face_blur_px", face}, {"room_blur_px", room}};
+  return write_text(folder / "drift_truth.json", json_text(all, 1) + "\n");
+}
+
+// What is known of the film beside its pictures.
+Result<void> write_truth(const DemoStage& stage, const fs::path& folder, const DemoOptions& options) {
+  const Truth truth = truth_of(stage, options);
+  const fs::path cameras = folder / "cameras_truth.json";
+  if (auto written = write_cameras(cameras, truth.cameras); !written) return written;
+  if (auto added = add_demo_truth(cameras, options, stage.shots()); !added) return added;
+  if (auto written = write_track(folder / "track_truth.json", truth.track); !written) return written;
+  if (options.habit)
+    if (auto written = write_habit_truth(stage, folder, options); !written) return written;
+  if (options.drift)
+    if (auto written = write_drift_truth(folder, options); !written) return written;
+  return {};
+}
+
 }  // namespace
 
 Result<void> write_demo_capture(const fs::path& folder, const DemoOptions& options, const Progress& progress,
@@ -194,15 +275,9 @@ Result<void> write_demo_capture(const fs::path& folder, const DemoOptions& optio
   DemoStage stage(make_builtin_head(), options);
   const Progress filming = progress.stage(0.02, 0.99, "Filming");
   if (auto filmed = film_all(stage, unfinished.part(), options, filming, stop); !filmed) return filmed;
-  const Truth truth = truth_of(stage, options);
-  if (auto written = write_cameras(unfinished.part() / "cameras_truth.json", truth.cameras); !written)
-    return written;
-  if (auto written = write_track(unfinished.part() / "track_truth.json", truth.track); !written)
-    return written;
-  if (options.habit)
-    if (auto written = write_habit_truth(stage, unfinished.part(), options); !written) return written;
+  if (auto written = write_truth(stage, unfinished.part(), options); !written) return written;
   if (stop.stop_requested()) return cancelled_error();
-  if (auto kept = unfinished.keep(options.habit); !kept) return kept;
+  if (auto kept = unfinished.keep(); !kept) return kept;
   progress.report(1, "Demo capture written");
   return {};
 }

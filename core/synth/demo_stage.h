@@ -2,11 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <stop_token>
+#include <vector>
 
 #include "core/head/head_model.h"
 #include "core/image/image.h"
 #include "core/synth/demo_options.h"
+#include "core/synth/demo_shots.h"
 #include "core/synth/performance.h"
 #include "core/synth/personal_shape.h"
 
@@ -28,9 +31,13 @@ class DemoStage {
   const HeadShape& shape() const;  // of the person
   const PersonalPlay& play() const;
   Shot shot(int frame) const;
+  const std::vector<DemoShot>& shots() const;
   std::vector<Vec3f> posed(const Shot& shot) const;  // (V) the true vertices in the head frame, m
   // Not thread-safe; parallel inside. Frames of a resting camera share the picture of the room.
   DemoFrame film(int frame, std::stop_token stop);
+  // The room alone as that frame's camera sees it, with that frame's exposure and focus; nullopt when
+  // stopped.
+  std::optional<Image8> film_room(int frame, std::stop_token stop);
 
  private:
   struct Impl;

@@ -182,7 +182,7 @@ void stack_boxes(Builder& b, float x, float z, float floor, float top) {
 
 std::vector<RoomPatch> furnish_room(std::uint32_t seed) {
   Builder b{{}, RandomStream{hash_u32(seed + 4242)}};
-  const float left = -2.3f, right = 2.15f, back = -1.75f, front = 2.4f, floor = -1.15f, ceiling = 1.35f;
+  const float left = -2.3f, right = 2.15f, back = kBackWall_m, front = 2.4f, floor = -1.15f, ceiling = 1.35f;
   const Vec3f wall(0.30f, 0.40f, 0.40f), brick(0.46f, 0.19f, 0.12f), mortar(0.45f, 0.42f, 0.38f);
   b.add({left, floor, back}, {right - left, 0, 0}, {0, ceiling - floor, 0}, RoomPaint::plaster, wall);
   b.add({left, floor, front}, {0, 0, back - front}, {0, ceiling - floor, 0}, RoomPaint::brick, brick, mortar);
@@ -236,6 +236,13 @@ std::vector<RoomPatch> furnish_room(std::uint32_t seed) {
   stack_boxes(b, 0.78f, -0.62f, floor, -0.12f);
   stack_boxes(b, 1.5f, -0.75f, floor, 0.10f);
   return std::move(b.patches);
+}
+
+std::vector<RoomPatch> bare_wall(bool plaster) {
+  const float half_width = 12, half_height = 6;
+  return {{Vec3f(-half_width, -half_height, kBackWall_m), Vec3f(2 * half_width, 0, 0),
+           Vec3f(0, 2 * half_height, 0), plaster ? RoomPaint::plaster : RoomPaint::blank,
+           Vec3f(0.52f, 0.50f, 0.47f), Vec3f::Zero(), 7, 0}};
 }
 
 }  // namespace likeness

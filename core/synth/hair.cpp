@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "core/base/parallel.h"
 #include "core/scene/mesh_scene.h"
+#include "core/synth/hair_guide.h"
+#include "core/synth/loose_hair.h"
 #include "core/synth/noise.h"
 
 namespace likeness {
@@ -15,25 +18,7 @@ namespace {
 
 constexpr int kShortPoints = 9, kLongPoints = 14, kBeardPoints = 5;  // of a strand
 
-struct Guide {
-  explicit Guide(int count)
-      : points(std::size_t(count)), normals(points), lift(points.size(), 0.0f), open(points.size()) {}
-  std::vector<Vec3f> points, normals;
-  std::vector<float> lift;
-  std::vector<Eigen::Vector4f> open;
-  Vec3f root = Vec3f::Zero();
-  int anchor = -1;
-  int count() const { return int(points.size()); }
-};
-
-bool is_long(HairCut cut) { return cut == HairCut::shoulder_long || cut == HairCut::bob; }
-
-struct Proportions {
-  float brow_y, unit;  // unit: 1 for a head as wide as usual at the temples
-  float chin_y;
-};
-
-Proportions proportions_of(const std::array<Vec3f, kLandmarkCount>& l) {
+HeadProportions proportions_of(const std::array<Vec3f, kLandmarkCount>& l) {
   return {0.5f * (l[19].y() + l[24].y()), (l[16].x() - l[0].x()) / 0.147f, l[8].y()};
 }
 
@@ -60,7 +45,7 @@ float hairline_height(float azimuth) {
 }
 
 // The combing direction at a point: from a parting on the subject's left over the top, back at the sides.
-Vec3f combing(const Vec3f& root, const Vec3f& normal, const Proportions& a, const HairLook& look,
+Vec3f combing(const Vec3f& root, const Vec3f& normal, const HeadProportions& a, const HairLook& look,
               std::uint32_t seed) {
   const float top = smoothstep(0.25f, 0.75f, normal.y() + 0.35f * std::max(0.0f, normal.z()));
   const float across = smoothstep(-0.012f, 0.012f, root.x() - 0.030f * a.unit);
@@ -72,28 +57,9 @@ Vec3f combing(const Vec3f& root, const Vec3f& normal, const Proportions& a, cons
   return (d - d.dot(normal) * normal).normalized();
 }
 
-// The surface on which the guides grow.
-struct Skull {
-  const MeshScene& scene;
-  const std::vector<Vec3f>& normals;  // of its vertices
-
-  // The nearest point of the skin and its normal; false if there is none within 5 cm.
-  bool settle(const Vec3f& wanted, Vec3f& at, Vec3f& n) const {
-    const auto next = scene.closest(wanted, 0.05f);
-    if (!next) return false;
-    const Triangle& t = scene.triangles()[std::size_t(next->triangle)];
-    at = next->position;
-    n = (normals[std::size_t(t[0])] * next->barycentric[0] +
-         normals[std::size_t(t[1])] * next->barycentric[1] +
-         normals[std::size_t(t[2])] * next->barycentric[2])
-            .normalized();
-    return true;
-  }
-};
-
-Guide walk_short(const Skull& skull, const Vec3f& root, const Vec3f& normal, const Proportions& a,
-                 const HairLook& look, std::uint32_t seed) {
-  Guide guide(kShortPoints);
+HairGuide walk_short(const Skull& skull, const Vec3f& root, const Vec3f& normal, const HeadProportions& a,
+                     const HairLook& look, std::uint32_t seed) {
+  HairGuide guide(kShortPoints);
   constexpr int kPoints = kShortPoints;
   guide.root = root;
   const float top = smoothstep(0.1f, 0.75f, normal.y() + 0.25f * normal.z());
@@ -124,9 +90,9 @@ Guide walk_short(const Skull& skull, const Vec3f& root, const Vec3f& normal, con
 
 // Away from a parting and down over the skull until it turns under, then straight down past ears, jaw and
 // neck.
-Guide walk_long(const Skull& skull, const Vec3f& root, const Vec3f& normal, const Proportions& a,
-                const HairLook& look, std::uint32_t seed) {
-  Guide guide(kLongPoints);
+HairGuide walk_long(const Skull& skull, const Vec3f& root, const Vec3f& normal, const HeadProportions& a,
+                    const HairLook& look, std::uint32_t seed) {
+  HairGuide guide(kLongPoints);
   guide.root = root;
   const bool bob = look.cut == HairCut::bob;
   const float side = root.x() > 0.010f * a.unit ? 1.0f : -1.0f;
@@ -183,13 +149,15 @@ struct Strand {
   float wave = 1;  // size of its own bends, about 1 mm
 };
 
-void add_strand(HairMesh& mesh, const Guide& guide, const Strand& strand, RandomStream& random) {
+void add_strand(HairMesh& mesh, const HairGuide& guide, const Strand& strand, RandomStream& random) {
   const int first = int(mesh.vertices.size()), count = guide.count();
   const Vec3f spread = strand.root - guide.root;
+  const bool loose = !guide.follow.empty();
   const float phase = random.between(0, 6.28f), wave = strand.wave * random.between(0.0003f, 0.0016f),
-              gather = random.between(0.3f, 0.75f);
+              gather = loose ? random.between(-1.2f, 0.5f) : random.between(0.3f, 0.75f);
   const float shorter = random.between(0.72f, 1.0f), tilt = random.between(-1.1f, 1.1f);
   std::vector<Vec3f> line(static_cast<std::size_t>(count));
+  std::vector<float> follow(loose ? line.size() : 0);
   for (int k = 0; k < count; ++k) {
     const float s = shorter * float(k) / float(count - 1), f = s * float(count - 1);
     const std::size_t i = std::size_t(std::min(int(f), count - 2));
@@ -197,6 +165,7 @@ void add_strand(HairMesh& mesh, const Guide& guide, const Strand& strand, Random
     const Vec3f n = mix(guide.normals[i], guide.normals[i + 1], t);
     const float lift = mix(guide.lift[i], guide.lift[i + 1], t);
     const Vec3f side = n.cross(guide.points[i + 1] - guide.points[i]).normalized();
+    if (loose) follow[std::size_t(k)] = mix(guide.follow[i], guide.follow[i + 1], t);
     line[std::size_t(k)] = mix(guide.points[i], guide.points[i + 1], t) + spread * (1 - gather * s) -
                            n * (1 - strand.layer) * lift + side * wave * s * std::sin(phase + 5 * s) +
                            n * 0.6f * wave * s * std::cos(phase + 4 * s);
@@ -219,6 +188,7 @@ void add_strand(HairMesh& mesh, const Guide& guide, const Strand& strand, Random
       mesh.depth_light.push_back(std::clamp(0.25f + 0.75f * strand.layer * (0.45f + 0.55f * s), 0.0f, 1.0f));
       mesh.open.push_back(guide.open[i]);
       if (guide.anchor >= 0) mesh.anchor.push_back(guide.anchor);
+      if (loose) mesh.follow.push_back(follow[i]);
     }
     if (k + 1 < count) {
       const int q = first + 2 * k;
@@ -229,10 +199,10 @@ void add_strand(HairMesh& mesh, const Guide& guide, const Strand& strand, Random
 }
 
 // Freedom of the guides' points: rays against the skull, and how deep under the hair's hull the point is.
-void light_guides(std::vector<Guide>& guides, const MeshScene& skull) {
+void light_guides(std::vector<HairGuide>& guides, const MeshScene& skull) {
   constexpr int rays = 32;
   parallel_for(guides.size(), [&](std::size_t g) {
-    Guide& guide = guides[g];
+    HairGuide& guide = guides[g];
     for (std::size_t k = 0; k < guide.points.size(); ++k) {
       float mean = 0;
       Vec3f slope = Vec3f::Zero();
@@ -301,10 +271,10 @@ class Sower {
 };
 
 // Strands round each guide.
-void fill_locks(HairMesh& mesh, const std::vector<Guide>& guides, double area, const HairOptions& options,
+void fill_locks(HairMesh& mesh, const std::vector<HairGuide>& guides, double area, const HairOptions& options,
                 float wave, RandomStream& random) {
   const float lock_radius = 1.25f * std::sqrt(float(area) / (3.14159f * float(guides.size())));
-  for (const Guide& guide : guides) {
+  for (const HairGuide& guide : guides) {
     const float lock_tone = random.between(0.78f, 1.22f);
     const Vec3f n = guide.normals[0];
     const Vec3f e = (std::abs(n.y()) < 0.8f ? n.cross(Vec3f::UnitY()) : n.cross(Vec3f::UnitX())).normalized(),
@@ -326,7 +296,7 @@ void fill_locks(HairMesh& mesh, const std::vector<Guide>& guides, double area, c
 }  // namespace
 
 float inside_hairline(const std::array<Vec3f, kLandmarkCount>& landmarks, HairCut cut, const Vec3f& p) {
-  const Proportions a = proportions_of(landmarks);
+  const HeadProportions a = proportions_of(landmarks);
   const float azimuth = std::atan2(std::abs(p.x()), p.z() - 0.002f);
   const float ragged = 0.003f * noise(p * 130.0f, 900) + 0.003f * noise(p * 45.0f, 901);
   float line = hairline_height(azimuth);
@@ -337,8 +307,12 @@ float inside_hairline(const std::array<Vec3f, kLandmarkCount>& landmarks, HairCu
   return p.y() - a.brow_y - a.unit * line + ragged;
 }
 
-HairMesh grow_hair(const Scalp& skin, const HairOptions& options) {
-  const Proportions a = proportions_of(skin.landmarks);
+bool hangs(HairCut cut) {
+  return cut == HairCut::shoulder_long || cut == HairCut::bob || cut == HairCut::loose;
+}
+
+HairMesh grow_hair(const Scalp& skin, const Cloth& cloth, const HairOptions& options) {
+  const HeadProportions a = proportions_of(skin.landmarks);
   const MeshScene scene(skin.vertices, skin.triangles);
   const HairLook& look = options.look;
   const Sower sower(skin, [&](const Vec3f& middle, const Vec3f& n) {
@@ -354,14 +328,17 @@ HairMesh grow_hair(const Scalp& skin, const HairOptions& options) {
   std::vector<Sower::Seed> roots;
   for (int i = 0; i < options.locks; ++i) roots.push_back(sower.draw(random));
   const Skull skull{scene, sower.normals()};
-  std::vector<Guide> guides(roots.size(), Guide(0));
+  std::optional<Drape> drape;
+  if (look.cut == HairCut::loose) drape.emplace(skin, cloth);
+  std::vector<HairGuide> guides(roots.size(), HairGuide(0));
   parallel_for(roots.size(), [&](std::size_t i) {
     const std::uint32_t seed = hash_u32(options.seed * 31 + std::uint32_t(i)) & 0xffffff00u;
-    guides[i] = is_long(look.cut) ? walk_long(skull, roots[i].position, roots[i].normal, a, look, seed)
+    guides[i] = drape             ? walk_loose(skull, *drape, roots[i].position, roots[i].normal, a, seed)
+                : hangs(look.cut) ? walk_long(skull, roots[i].position, roots[i].normal, a, look, seed)
                                   : walk_short(skull, roots[i].position, roots[i].normal, a, look, seed);
   });
-  light_guides(guides, scene);
-  fill_locks(mesh, guides, sower.area(), options, is_long(look.cut) ? 1.6f : 1.0f + 0.8f * look.curl, random);
+  light_guides(guides, drape ? drape->scene() : scene);
+  fill_locks(mesh, guides, sower.area(), options, hangs(look.cut) ? 1.6f : 1.0f + 0.8f * look.curl, random);
   return mesh;
 }
 
@@ -373,7 +350,7 @@ HairMesh grow_beard(const Scalp& skin, const std::function<float(const Vec3f&)>&
   if (sower.empty()) return mesh;
   RandomStream random{hash_u32(options.seed + 777)};
   const Vec3f chin = skin.landmarks[8], mouth = 0.5f * (skin.landmarks[62] + skin.landmarks[66]);
-  std::vector<Guide> guides;
+  std::vector<HairGuide> guides;
   for (int i = 0; i < options.locks; ++i) {
     const Sower::Seed seed = sower.draw(random);
     const float here = share(seed.position), bend = random.between(0.75f, 1.25f);
@@ -385,7 +362,7 @@ HairMesh grow_beard(const Scalp& skin, const std::function<float(const Vec3f&)>&
     const float z = random.unit() - 0.5f, y = random.unit() - 0.5f, x = random.unit() - 0.5f;
     along += 0.30f * Vec3f(x, y, z);
     along = (along - along.dot(seed.normal) * seed.normal).normalized();
-    Guide guide(kBeardPoints);
+    HairGuide guide(kBeardPoints);
     guide.root = seed.position;
     guide.anchor = seed.triangle;
     for (int k = 0; k < kBeardPoints; ++k) {

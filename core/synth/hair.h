@@ -9,6 +9,7 @@
 #include "core/base/linalg.h"
 #include "core/head/head_model.h"
 #include "core/synth/cast.h"
+#include "core/synth/hair_guide.h"
 #include "core/synth/shade.h"
 
 namespace likeness {
@@ -26,6 +27,8 @@ struct HairMesh {
   // rays.
   std::vector<Eigen::Vector4f> open;
   std::vector<int> anchor;  // beard only: the skin's triangle it grows on, with which it moves
+  // Loose hair only: 1 moves with the head, 0 lies on the torso and moves with it.
+  std::vector<float> follow;
 };
 
 struct HairOptions {
@@ -39,13 +42,10 @@ struct HairOptions {
 // How far the point lies inside the hairline: < 0 outside, > 0 inside, in metres along the skin, roughly.
 float inside_hairline(const std::array<Vec3f, kLandmarkCount>& landmarks, HairCut cut, const Vec3f& point);
 
-// skin: of the rest head (vertices, triangles of the parts face and scalp_neck only).
-struct Scalp {
-  const std::vector<Vec3f>& vertices;
-  const std::vector<Triangle>& triangles;
-  const std::array<Vec3f, kLandmarkCount>& landmarks;
-};
-HairMesh grow_hair(const Scalp& skin, const HairOptions& options);
+// cloth: what loose hair falls on.
+HairMesh grow_hair(const Scalp& skin, const Cloth& cloth, const HairOptions& options);
+// Whether hair of this cut hangs below the ears and moves against the head.
+bool hangs(HairCut cut);
 // share: how thickly the beard grows at a point, 0..1. look.beard: its length over the chin.
 HairMesh grow_beard(const Scalp& skin, const std::function<float(const Vec3f&)>& share,
                     const HairOptions& options);

@@ -1,6 +1,5 @@
-// Curves of the demo's performance. Each part of the clip is a cycle, played faster in short clips and
-// repeated in long ones, so that every clip shows every expression; blinks keep their natural speed. The last
-// tenth is a cycle of its own that repeats everything, so that held-out frames there show it all.
+// Curves of the demo's expressions, over the cycles of core/synth/body_pose.h; blinks keep their natural
+// speed.
 #include "core/synth/performance.h"
 
 #include <algorithm>
@@ -9,112 +8,15 @@
 #include <vector>
 
 #include "core/base/rigid.h"
+#include "core/synth/body_pose.h"
+#include "core/synth/demo_camera.h"
+#include "core/synth/easing.h"
 #include "core/synth/noise.h"
 
 namespace likeness {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180, kTurn = 2 * std::numbers::pi;
-constexpr double kFirstCycleSeconds = 3.6, kSecondCycleSeconds = 6.4, kFinaleSeconds = 3.2;
-constexpr double kFinaleShare = 0.10;  // of the clip
-
-struct Moment {
-  bool walking = true;  // the first part of the clip, in which the camera moves
-  double share = 0;     // of the part, [0, 1]
-  double phase = 0;     // within the cycle, [0, 1)
-  int cycle = 0;
-  double time_s = 0;
-  double finale = -1;  // how far into the closing cycle, [0, 1); < 0 before
-};
-
-Moment moment_of(const DemoOptions& options, int frame) {
-  const int moving = moving_frames(options);
-  Moment moment;
-  moment.walking = frame < moving;
-  const int first = moment.walking ? 0 : moving;
-  const int count = std::max(1, moment.walking ? moving : options.frames - moving);
-  moment.share = double(frame - first) / std::max(1, count - 1);
-  const double seconds = count / options.frames_per_second;
-  const int cycles =
-      std::max(1, int(std::lround(seconds / (moment.walking ? kFirstCycleSeconds : kSecondCycleSeconds))));
-  const double position = double(frame - first) / count * cycles;
-  moment.cycle = int(position);
-  moment.phase = position - moment.cycle;
-  moment.time_s = frame / options.frames_per_second;
-  const int closing = std::max(1, int(std::lround(kFinaleShare * options.frames)));
-  if (!moment.walking && frame >= options.frames - closing) {
-    const int repeats = std::max(1, int(std::lround(closing / options.frames_per_second / kFinaleSeconds)));
-    const double at = double(frame - (options.frames - closing)) / closing * repeats;
-    moment.finale = at - std::floor(at);
-  }
-  return moment;
-}
-
-double ease(double t) {
-  t = std::clamp(t, 0.0, 1.0);
-  return t * t * t * (t * (t * 6 - 15) + 10);
-}
-
-// Rises over the first 35 % of [from, to], holds, falls over the last 35 %.
-double swell(double phase, double from, double to) {
-  const double t = (phase - from) / (to - from);
-  return ease(t / 0.35) * ease((1 - t) / 0.35);
-}
-
-Pose look_at(const Vec3d& eye, const Vec3d& target, double roll) {
-  const Vec3d forward = (target - eye).normalized();
-  const Vec3d right = forward.cross(Vec3d::UnitY()).normalized();
-  Mat3d cam_from_world;
-  cam_from_world.row(0) = right;
-  cam_from_world.row(1) = forward.cross(right);
-  cam_from_world.row(2) = forward;
-  cam_from_world = rotation_about(Vec3d::UnitZ(), roll) * cam_from_world;
-  Pose pose = Pose::Identity();
-  pose.linear() = cam_from_world;
-  pose.translation() = -cam_from_world * eye;
-  return pose;
-}
-
-Camera film(const DemoOptions& options, const Moment& moment, const Vec3d& face, int frame) {
-  Camera camera;
-  camera.frame = frame;
-  Intrinsics& k = camera.intrinsics;
-  k.width = options.width;
-  k.height = options.height;
-  k.fx = k.fy = 1.35 * std::min(options.width, options.height);
-  k.cx = 0.5 * options.width;
-  k.cy = 0.5 * options.height;
-  double yaw = 0, pitch = 0, distance = 0.62, roll = 0;
-  Vec3d aim = face + Vec3d(0, -0.035, -0.03);
-  if (moment.walking) {
-    // From the subject's right round to the left and back to the front, rising and sinking, nearer and
-    // farther; the last tenth settles onto the position of the second part.
-    const double u = moment.share, settle = 1 - ease((u - 0.86) / 0.14);
-    const double sweep =
-        u < 0.62 ? -std::cos(std::numbers::pi * u / 0.62) : std::cos(std::numbers::pi * (u - 0.62) / 0.76);
-    yaw = 31 * kDegree * sweep * settle;
-    pitch = 11 * kDegree * std::sin(kTurn * (1.6 * u + 0.08)) * settle;
-    distance += (0.06 * std::sin(kTurn * 1.15 * u + 0.5)) * settle;
-    roll = 2.0 * kDegree * std::sin(kTurn * 1.3 * u) * settle;
-    aim += Vec3d(0.012 * std::sin(kTurn * 1.7 * u), 0.01 * std::sin(kTurn * 2.1 * u + 1), 0) * settle;
-  }
-  const Vec3d offset(std::sin(yaw) * std::cos(pitch), std::sin(pitch), std::cos(yaw) * std::cos(pitch));
-  camera.cam_from_world = look_at(aim + distance * offset + Vec3d(0, 0.02, 0), aim, roll);
-  return camera;
-}
-
-Pose about(const Vec3d& pivot, const Mat3d& rotation, const Vec3d& shift) {
-  Pose pose = Pose::Identity();
-  pose.linear() = rotation;
-  pose.translation() = pivot - rotation * pivot + shift;
-  return pose;
-}
-
-Mat3d turn(double yaw, double pitch, double roll) {
-  return (Eigen::AngleAxisd(yaw, Vec3d::UnitY()) * Eigen::AngleAxisd(pitch, Vec3d::UnitX()) *
-          Eigen::AngleAxisd(roll, Vec3d::UnitZ()))
-      .toRotationMatrix();
-}
+constexpr double kDegree = std::numbers::pi / 180;
 
 struct Cast {
   const HeadModel& model;
@@ -220,7 +122,7 @@ void gaze(const Cast& cast, const HeadShape& shape, const Vec3d& target, double 
     const double yaw = std::clamp(std::atan2(d.x(), d.z()) + glance_yaw, -30 * kDegree, 30 * kDegree);
     const double pitch =
         std::clamp(std::atan2(d.y(), std::hypot(d.x(), d.z())) + glance_pitch, -20 * kDegree, 18 * kDegree);
-    const Vec3f vector = vector_from_turn(turn(yaw, -pitch, 0)).cast<float>();
+    const Vec3f vector = vector_from_turn(head_turn(yaw, -pitch, 0)).cast<float>();
     (joint == kLeftEye ? cast.articulation.left_eye : cast.articulation.right_eye) = vector;
     cast.act(std::string((yaw > 0) == (joint == kLeftEye) ? "eyeLookOut" : "eyeLookIn") +
                  (joint == kLeftEye ? "_L" : "_R"),
@@ -231,23 +133,21 @@ void gaze(const Cast& cast, const HeadShape& shape, const Vec3d& target, double 
 }
 
 // Falls from 1 to 0 over the last 0.2 s before the closing cycle.
-double before_finale(const DemoOptions& options, int frame) {
-  const int closing = std::max(1, int(std::lround(kFinaleShare * options.frames)));
-  const double left = (options.frames - closing - frame) / options.frames_per_second;
+double before_finale(const DemoOptions& options, double frame) {
+  const double left = (options.frames - closing_frames(options) - frame) / options.frames_per_second;
   return ease(left / 0.24);
 }
 
+// Loose hair is that much later than the head.
+constexpr double kHairLate_s = 0.10;
+
 }  // namespace
 
-int moving_frames(const DemoOptions& options) {
-  return std::clamp(int(std::lround(options.moving_share * options.frames)), 0, options.frames);
-}
-
-float habit_strength(const DemoOptions& options, int frame) {
+float habit_strength(const DemoOptions& options, double frame) {
   if (!options.habit) return 0;
   // Like the rest of the performance, faster in short clips: five swells in the clip, one of them in its last
   // tenth.
-  const double at = double(frame) / std::max(1, options.frames - 1);
+  const double at = frame / std::max(1, options.frames - 1);
   const double swells[][3] = {
       {0.04, 0.17, 1.0}, {0.27, 0.42, 0.6}, {0.50, 0.62, 1.0}, {0.70, 0.84, 0.8}, {0.905, 0.985, 1.0}};
   double strength = 0;
@@ -255,33 +155,30 @@ float habit_strength(const DemoOptions& options, int frame) {
   return float(std::clamp(strength, 0.0, 1.0));
 }
 
-Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& options, int frame) {
-  const Moment m = moment_of(options, frame);
+Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& film, int frame,
+             double later_s) {
+  const std::vector<DemoShot> shots = demo_shots(film);
+  const DemoShot& cut = shot_of(shots, frame);
+  const DemoOptions options = uncut(film, shots);
+  const double at = frame + cut.dropped + later_s * options.frames_per_second;
+  const Moment m = moment_of(options, at);
   const std::uint32_t seed =
       hash_u32(std::uint32_t(options.seed) + 77 + 1000 * std::uint32_t(options.person));
   Shot shot;
   shot.articulation = neutral_articulation(model);
-  const Vec3d eyes = (0.5f * (shape.joints[kLeftEye] + shape.joints[kRightEye])).cast<double>();
-  const Vec3d neck = shape.joints[kNeck].cast<double>();
-  shot.camera = film(options, m, eyes, frame);
-
-  // -- Head and torso
-  if (!m.walking || options.restless_head) {
-    // In the first part it returns to rest before the second begins.
-    const double end = m.walking ? ease((1 - m.share) / 0.08) : 1;
-    const double start = ease((m.cycle + m.phase) / 0.08) * end, p = kTurn * m.phase, c = m.cycle;
-    const double yaw = 30 * kDegree * std::sin(p) * start;
-    const double pitch = 12 * kDegree * std::sin(2 * p + 0.9 + 0.8 * c) * start;
-    const double roll = 7 * kDegree * std::sin(3 * p + 0.4 + c) * start;
-    const Vec3d shift =
-        Vec3d(0.006 * std::sin(p + 0.3), 0.002 * std::sin(2 * p), 0.006 * std::sin(2 * p + 1)) * start;
-    const Vec3d waist = neck - Vec3d(0, 0.35, 0.02);
-    shot.world_from_torso =
-        about(waist,
-              turn(1.2 * kDegree * std::sin(p + 0.2) * start, 0.5 * kDegree * std::sin(2 * p) * start,
-                   0.8 * kDegree * std::sin(p + 1.1) * start),
-              Vec3d::Zero());
-    shot.world_from_head = shot.world_from_torso * about(neck, turn(yaw, pitch, roll), shift);
+  shot.camera = demo_camera(options, shape, cut, at);
+  shot.camera.frame = frame;
+  const BodyPose body = body_pose(options, shape, at);
+  shot.world_from_head = body.world_from_head;
+  shot.world_from_torso = body.world_from_torso;
+  if (options.hair == DemoHair::loose) {
+    const double late = at - kHairLate_s * options.frames_per_second;
+    shot.world_from_late_head = body_pose(options, shape, late).world_from_head;
+  }
+  if (cut.place != 0) {
+    const Pose placed = placed_person(cut.place);
+    for (Pose* pose : {&shot.world_from_head, &shot.world_from_torso, &shot.world_from_late_head})
+      *pose = placed * *pose;
   }
 
   // -- Face
@@ -291,7 +188,7 @@ Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& 
   } else if (m.finale >= 0) {
     finale(cast, m.finale, seed);
   } else {
-    const double rest = before_finale(options, frame);  // the face comes to rest before the closing cycle
+    const double rest = before_finale(options, at);  // the face comes to rest before the closing cycle
     second_part(cast, m, seed);
     shot.articulation.expression *= float(rest);
     shot.articulation.jaw *= float(rest);
@@ -307,7 +204,7 @@ Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& 
     shot.articulation.expression =
         shot.articulation.expression.cwiseMax(model.expression_min).cwiseMin(model.expression_max);
   }
-  shot.habit = habit_strength(options, frame);
+  shot.habit = habit_strength(options, at);
   return shot;
 }
 

@@ -67,7 +67,7 @@ struct Person::Impl {
   std::vector<Vec3f> posed, normals;
   std::vector<Received> received;
   std::vector<std::uint8_t> lit;
-  Pose head_from_world = Pose::Identity();
+  Pose head_from_world = Pose::Identity(), world_from_torso = Pose::Identity();
   Vec3f up = Vec3f::UnitY();
   std::array<Eigen::Matrix3f, 2> eye_turn;
 
@@ -84,13 +84,15 @@ struct Person::Impl {
              o.seed),
         garment(make_garment(skin_vertices(m, s), landmarks)),
         scalp_triangles(scalp_of(m)),
-        hair(grow_hair(scalp(), hair_options(o))),
+        hair(grow_hair(scalp(), {garment.vertices, garment.triangles}, hair_options(o))),
         beard(shave(o)),
         glasses(make_glasses(scalp(), {s.joints[kLeftEye], s.joints[kRightEye]}, o.look.glasses)),
         body(make_body()),
         hair_scene(hair.vertices, hair.triangles,
                    is_long_hair(o) ? MeshUse::many_moves : MeshUse::many_queries) {
-    if (is_long_hair(o)) {
+    if (!hair.follow.empty()) {
+      hair_shares = hair.follow;
+    } else if (is_long_hair(o)) {
       for (const Vec3f& p : hair.vertices) hair_shares.push_back(head_share(p, landmarks[8]));
     }
     if (!beard.triangles.empty()) {
@@ -101,9 +103,7 @@ struct Person::Impl {
     if (!glasses.lens_triangles.empty()) lens_scene.emplace(glasses.lens_vertices, glasses.lens_triangles);
   }
 
-  static bool is_long_hair(const PersonOptions& o) {
-    return o.look.hair.cut == HairCut::shoulder_long || o.look.hair.cut == HairCut::bob;
-  }
+  static bool is_long_hair(const PersonOptions& o) { return hangs(o.look.hair.cut); }
   Scalp scalp() const { return {shape.vertices, scalp_triangles, landmarks}; }
   // The frame of a triangle of the scalp: its middle and three axes.
   Eigen::Isometry3f frame_of(int triangle, const std::vector<Vec3f>& at) const {
@@ -208,12 +208,17 @@ struct Person::Impl {
     return MeshScene(std::move(vertices), all_triangles());
   }
 
+  bool is_garment(std::size_t v) const {
+    return v >= std::size_t(head_vertices) && v < std::size_t(head_vertices) + garment.vertices.size();
+  }
   HeadPart part_of_vertex(int v) const {
     return v < head_vertices ? model.parts[std::size_t(v)] : HeadPart::torso;
   }
 
+  struct TorsoLight;
   void place(const Shot& shot);
-  void place_hair(const Eigen::Quaternionf& turn, const Vec3f& pivot, const Vec3f& shift);
+  void place_hair(const Eigen::Quaternionf& turn, const Vec3f& pivot, const Vec3f& shift,
+                  const Eigen::Isometry3f& late);
   HairPoint hair_point(const HairMesh& mesh, const RayHit& hit, const Vec3f& position,
                        const Vec3f& colour) const;
   void gather(const Vec3f& lens, std::stop_token stop);
@@ -226,6 +231,7 @@ struct Person::Impl {
 
 void Person::Impl::place(const Shot& shot) {
   head_from_world = inverse(shot.world_from_head);
+  world_from_torso = shot.world_from_torso;
   up = (head_from_world.linear() * Vec3d::UnitY()).cast<float>();
   rig = transform_rig(world_rig, head_from_world);
   posed = play.pose(shot.articulation, shot.habit);
@@ -240,7 +246,7 @@ void Person::Impl::place(const Shot& shot) {
     if (follow <= 0) continue;
     posed[v] = pivot + none.slerp(follow, turn) * (posed[v] - pivot) + follow * shift;
   }
-  place_hair(turn, pivot, shift);
+  place_hair(turn, pivot, shift, (head_from_world * shot.world_from_late_head).cast<float>());
   for (const Vec3f& p : garment.vertices) posed.push_back(torso * p);
   posed.insert(posed.end(), glasses.frame_vertices.begin(), glasses.frame_vertices.end());
   normals = vertex_normals(posed, triangles);
@@ -253,15 +259,21 @@ void Person::Impl::place(const Shot& shot) {
   eye_turn = {turned(shot.articulation.left_eye), turned(shot.articulation.right_eye)};
 }
 
-// Long hair hangs between head and torso; a beard moves with its skin.
-void Person::Impl::place_hair(const Eigen::Quaternionf& turn, const Vec3f& pivot, const Vec3f& shift) {
+// Long hair hangs between head and torso, and loose hair swings there: it is where the head was a moment ago.
+// A beard moves with its skin.
+void Person::Impl::place_hair(const Eigen::Quaternionf& turn, const Vec3f& pivot, const Vec3f& shift,
+                              const Eigen::Isometry3f& late) {
+  constexpr float kSwing = 0.8f;  // share of the lateness halfway between head and torso
   const Eigen::Quaternionf none = Eigen::Quaternionf::Identity();
+  const bool loose = !hair.follow.empty();
   if (!hair_shares.empty()) {
     std::vector<Vec3f> moved = hair.vertices;
     parallel_ranges(moved.size(), 4096, [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
         const float follow = 1 - hair_shares[v];
         if (follow > 0) moved[v] = pivot + none.slerp(follow, turn) * (moved[v] - pivot) + follow * shift;
+        if (loose && follow > 0)
+          moved[v] += 4 * kSwing * follow * (1 - follow) * (late * moved[v] - moved[v]);
       }
     });
     hair_scene.move_vertices(moved);
@@ -275,6 +287,31 @@ void Person::Impl::place_hair(const Eigen::Quaternionf& turn, const Vec3f& pivot
     moved[v] = moves[std::size_t(beard.anchor[v])] * beard.vertices[v];
   beard_scene->move_vertices(moved);
 }
+
+// Light on a torso at rest is sampled in the torso's own frame: in the head's, which turns, every sample
+// would fall elsewhere in every picture, and the cloth would flicker.
+struct Person::Impl::TorsoLight {
+  const Impl& person;
+  Eigen::Isometry3f head_from_torso;
+  LightRig rig;
+  Vec3f up;
+  Visible visible;
+
+  TorsoLight(const Impl& p, const Visible& in_head)
+      : person(p),
+        head_from_torso((p.head_from_world * p.world_from_torso).cast<float>()),
+        rig(transform_rig(p.world_rig, inverse(p.world_from_torso))),
+        up((inverse(p.world_from_torso).linear() * Vec3d::UnitY()).cast<float>()),
+        visible([this, &in_head](const Vec3f& from, const Vec3f& d, float distance) {
+          return in_head(head_from_torso * from, head_from_torso.linear() * d, distance);
+        }) {}
+  TorsoLight(const TorsoLight&) = delete;
+
+  Received received(std::size_t v, const GatherOptions& how) const {
+    const Vec3f normal = head_from_torso.linear().transpose() * person.normals[v];
+    return gather_light(rig, up, person.rest[v], normal, visible, how, std::uint32_t(v) * 5);
+  }
+};
 
 void Person::Impl::gather(const Vec3f& lens, std::stop_token stop) {
   const Visible visible = [this](const Vec3f& from, const Vec3f& d, float distance) {
@@ -300,17 +337,17 @@ void Person::Impl::gather(const Vec3f& lens, std::stop_token stop) {
   std::vector<std::uint8_t> used(posed.size(), 0);
   for (const Triangle& t : triangles)
     used[std::size_t(t[0])] = used[std::size_t(t[1])] = used[std::size_t(t[2])] = 1;
+  const TorsoLight on_torso(*this, visible);
   parallel_ranges(posed.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end && !stop.stop_requested(); ++v) {
       const Vec3f to_lens = lens - posed[v];
       if (!used[v] || normals[v].dot(to_lens) < -0.3f * to_lens.norm()) continue;
       const HeadPart part = part_of_vertex(int(v));
       const bool oral = part == HeadPart::teeth || part == HeadPart::gums_tongue;
-      received[v] = gather_light(rig, up, posed[v], normals[v], visible,
-                                 is_skin(part) ? skin_light
-                                 : oral        ? mouth
-                                               : plain,
-                                 std::uint32_t(v) * 5);
+      const GatherOptions& how = is_skin(part) ? skin_light : oral ? mouth : plain;
+      received[v] = options.still_torso && is_garment(v)
+                        ? on_torso.received(v, how)
+                        : gather_light(rig, up, posed[v], normals[v], visible, how, std::uint32_t(v) * 5);
       lit[v] = 1;
     }
   });

@@ -20,6 +20,7 @@ struct PersonOptions {
       0.0009f;  // size of a pixel on the face: finer detail is left out, hair gets at least that wide
   std::uint32_t seed = 0;
   DemoPerson look;
+  bool still_torso = false;  // the torso keeps its pose: nothing but shadows changes on it
 };
 
 class Person {

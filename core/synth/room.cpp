@@ -66,8 +66,11 @@ Room::Room(std::vector<RoomPatch> patches, const LightRig& rig)
   gather.bounce_colour = Vec3f(1.0f, 0.9f, 0.8f);
   parallel_for(impl_->patches.size(), [&](std::size_t index) {
     const RoomPatch& p = impl_->patches[index];
+    const bool blank = p.paint == RoomPaint::blank;
+    GatherOptions how = gather;
+    if (blank) how.light_grid = 12, how.sky_rays = 512;  // or its noise would be a texture
     LightGrid& grid = impl_->grids[index];
-    grid.columns = std::clamp(int(p.u.norm() / 0.08f) + 1, 2, 40);
+    grid.columns = std::clamp(int(p.u.norm() / 0.08f) + 1, 2, blank ? 80 : 40);
     grid.rows = std::clamp(int(p.v.norm() / 0.08f) + 1, 2, 40);
     grid.light.resize(std::size_t(grid.columns) * grid.rows);
     const Vec3f normal = p.u.cross(p.v).normalized();
@@ -79,7 +82,7 @@ Room::Room(std::vector<RoomPatch> patches, const LightRig& rig)
         const Vec3f at = p.origin + s * p.u + t * p.v;
         const std::uint32_t pattern = std::uint32_t(index * 4096 + std::size_t(j) * 64 + i);
         grid.light[std::size_t(j) * grid.columns + i] =
-            gather_light(rig, Vec3f::UnitY(), at + 0.001f * normal, normal, visible, gather, pattern).diffuse;
+            gather_light(rig, Vec3f::UnitY(), at + 0.001f * normal, normal, visible, how, pattern).diffuse;
       }
     }
   });

@@ -23,7 +23,8 @@ enum class RoomPaint {
   outdoors,
   cloth,
   leaf,
-  plain
+  plain,
+  blank  // its colour and nothing else
 };
 
 struct RoomPatch {     // the parallelogram origin + s u + t v, s and t in [0, 1]; outside is cross(u, v)
@@ -37,7 +38,10 @@ struct RoomPatch {     // the parallelogram origin + s u + t v, s and t in [0, 1
 // Linear albedo of a patch at (s, t).
 Vec3f paint_patch(const RoomPatch& patch, float s, float t);
 
+inline constexpr float kBackWall_m = -1.75f;  // z; the head is at the origin and looks along +z
 std::vector<RoomPatch> furnish_room(std::uint32_t seed);
+// Nothing but the back wall, so large that it fills every picture: blank, or with plaster on it.
+std::vector<RoomPatch> bare_wall(bool plaster);
 
 // The room, ready for rendering. Thread-safe.
 class Room {

@@ -202,6 +202,8 @@ Vec3f paint_patch(const RoomPatch& patch, float s, float t) {
       return paint_cloth(patch, m);
     case RoomPaint::leaf:
       return paint_leaf(patch, s, t);
+    case RoomPaint::blank:
+      return patch.colour;
     case RoomPaint::plain:
       break;
   }

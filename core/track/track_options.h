@@ -23,9 +23,10 @@ struct TrackOptions {
   // Known from another clip, so that both have one head frame, or from elsewhere (core/head/read_person.h):
   // held to the last bit.
   std::optional<PersonShape> person;
-  bool photometric = true;  // pose, jaw and expression refined on the pictures, after the dense fit
-  bool gaze = true;         // measure where the eyes look; off: straight ahead
-  bool dense = true;        // point tracks and bundle adjustment after the landmark fit
+  std::vector<int> rest_frames;     // that show the person's resting face, by the user's word; empty: found
+  bool photometric = true;          // pose, jaw and expression refined on the pictures, after the dense fit
+  bool gaze = true;                 // measure where the eyes look; off: straight ahead
+  bool dense = true;                // point tracks and bundle adjustment after the landmark fit
   // Of a film that was cut: the shots that are tracked, with one identity, neutral and cloud of points, but
   // nothing passed from a frame of one to a frame of another. What lies outside is lost, and costs no time.
   // Empty: the whole clip is one.

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "core/base/check.h"
 #include "core/base/dense_solves.h"
@@ -229,8 +230,18 @@ std::vector<float> novelty_of(const Matrix& all, const std::vector<std::size_t>&
   return novelty;
 }
 
+// From the least to the most that was annotated. A look unlike all annotated ones extrapolates far beyond,
+// where an amount means nothing.
+std::pair<double, double> annotated_range(std::span<const LookedFrame> frames) {
+  double low = 1, high = -1;
+  for (const LookedFrame& frame : frames)
+    if (frame.annotated) low = std::min(low, frame.value), high = std::max(high, frame.value);
+  return {low, std::max(low, high)};
+}
+
 // Kalman filter and Rauch-Tung-Striebel smoother of a random walk, over each run by itself.
 void smooth_runs(std::span<const LookedFrame> frames, double noise, std::vector<FrameAmount>& amounts) {
+  const auto [low, high] = annotated_range(frames);
   std::map<int, std::vector<std::size_t>> runs;
   for (std::size_t i = 0; i < frames.size(); ++i) runs[frames[i].run].push_back(i);
   for (const auto& [run, members] : runs) {
@@ -256,7 +267,7 @@ void smooth_runs(std::span<const LookedFrame> frames, double noise, std::vector<
         const double gain = std::min(1.0, variance[i] / ahead[i + 1]);
         mean[i] += gain * (mean[i + 1] - mean[i]);
       }
-      amounts[members[i]].value = float(std::clamp(mean[i], -1.0, 1.0));
+      amounts[members[i]].value = float(std::clamp(mean[i], low, high));
     }
   }
 }

@@ -54,7 +54,7 @@ struct LookedFrame {
 };
 
 struct FrameAmount {
-  float value = 0;  // -1..1
+  float value = 0;  // within the annotated ones
   float uncertainty =
       1;  // 0: as certain as an annotated frame; 1: its look says nothing, it resembles none of them
 };

@@ -7,6 +7,7 @@
 
 #include "core/base/quantile.h"
 #include "core/base/rigid.h"
+#include "core/camera/mosaic.h"
 #include "core/head/action_amounts.h"
 
 namespace likeness {
@@ -25,10 +26,19 @@ std::span<const TrainingView> own_views(const TrainingSet& set) {
 PlateOfView plate_of(const TrainingSet& set, const TrainingView& view) {
   static const Image8 none;
   if (!view.has_plate) return {&none, &none};
-  if (view.further_clip == 0) return {&set.plate, &set.plate_known};
+  const auto camera_of = [](const std::optional<Camera>& camera) { return camera ? &*camera : nullptr; };
+  if (view.further_clip == 0) return {&set.plate, &set.plate_known, camera_of(set.plate_camera)};
   const auto own = set.further_plates.find(view.further_clip);
   if (own == set.further_plates.end()) return {&none, &none};
-  return {&own->second.rgb, &own->second.known};
+  return {&own->second.rgb, &own->second.known, camera_of(own->second.camera)};
+}
+
+PlatePicture plate_picture(const TrainingSet& set, const TrainingView& view) {
+  const PlateOfView plate = plate_of(set, view);
+  if (plate.rgb->empty() || plate.camera == nullptr) return {*plate.rgb, *plate.known};
+  PlatePicture seen;
+  seen.rgb = mosaic_seen_by({*plate.rgb, *plate.known, *plate.camera}, view.camera, &seen.known);
+  return seen;
 }
 
 Articulation typical_articulation(const TrainingSet& set) {
@@ -110,9 +120,11 @@ Avatar capture_avatar(const TrainingSet& set, const ConditionMap& map, float war
   const TrainingView& view = set.views[typical_view(set)];
   avatar.world_from_head = view.pose.world_from_head;
   avatar.world_from_torso = view.pose.world_from_torso;
-  avatar.intrinsics = view.camera.intrinsics;
+  avatar.intrinsics = view_of_part(view.camera, view.inside).intrinsics;
   avatar.cam_from_world = view.camera.cam_from_world;
-  avatar.plate = set.plate;
+  const Image8 plate = plate_picture(set, view).rgb;
+  avatar.plate = plate.empty() ? plate : crop(plate, view.inside);
+  if (set.plate_camera) avatar.mosaic = Mosaic{set.plate, set.plate_known, *set.plate_camera};
   avatar.size = set.size;
   return avatar;
 }

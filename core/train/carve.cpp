@@ -70,7 +70,8 @@ std::vector<CarveView> head_carve_views(const TrainingSet& set, int count) {
                 {},
                 {},
                 dilated(to_image(view.alpha)),
-                Image8()};
+                Image8(),
+                view.inside};
   });
   return views;
 }
@@ -96,7 +97,8 @@ std::vector<CarveView> torso_carve_views(const TrainingSet& set, const HeadShape
                                         : posed_displacement(set.torso_modes, view.pose.torso_shape),
                 dilated(to_image(view.alpha)),
                 dilated(silhouette(pose_head(set.model, shape, view.pose.articulation), above,
-                                   view.camera.intrinsics, cam_from_head))};
+                                   view.camera.intrinsics, cam_from_head)),
+                view.inside};
   });
   return views;
 }
@@ -136,6 +138,7 @@ void carve(OccupancyGrid& grid, const FieldCube& cube, std::span<const CarveView
           const Vec2d pixel = project(view.intrinsics, in_cam);
           const int px = int(std::floor(pixel.x())), py = int(std::floor(pixel.y()));
           if (px < 0 || py < 0 || px >= view.person.width || py >= view.person.height) continue;
+          if (!view.inside.empty() && !view.inside.contains(px, py)) continue;
           const bool inside = view.person.at(px, py)[0] > 0;
           all.add(inside);
           if (view.head.empty() || view.head.at(px, py)[0] == 0) beside_head.add(inside);

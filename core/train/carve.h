@@ -17,8 +17,9 @@ struct CarveView {
   // nodes, (rows, columns, 2), m; no nodes = unmoved.
   TorsoGrid grid;
   std::vector<float> displacement;
-  Image8 person;  // one channel, > 0 where the dilated matte is person
-  Image8 head;    // one channel, > 0 where the dilated head mesh is; empty = not known
+  Image8 person;       // one channel, > 0 where the dilated matte is person
+  Image8 head;         // one channel, > 0 where the dilated head mesh is; empty = not known
+  PixelRect inside{};  // what was filmed of them; empty: all. The view does not vote beyond it
 };
 
 // Condition under which the cells of a class are kept.

@@ -363,6 +363,7 @@ class Caster : public RayCaster {
       view.further = from.further_clip != 0, view.has_alpha = !from.alpha.empty();
       const PlateOfView plate = plate_of(set_, from);
       view.plate = plate.rgb->empty() ? -1 : plate_at[plate.rgb];
+      view.mosaic = mosaic_place(set_, from);
       view.pixels = pixels, pixels += pixels_of(from.rgb);
       view.teaches = from.teaches.empty() ? -1 : std::int64_t(bits);
       if (!from.teaches.empty()) bits += (pixels_of(from.rgb) + 7) / 8 * 8;

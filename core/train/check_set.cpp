@@ -44,7 +44,8 @@ Result<void> check_training_set(const TrainingSet& set) {
                              view.rgb.height, view.rgb.channels, view.camera.intrinsics.width,
                              view.camera.intrinsics.height),
                  "Run the import again.");
-    const Image8 &behind = *plate_of(set, view).rgb, &known = *plate_of(set, view).known;
+    const PlateOfView own_plate = plate_of(set, view);
+    const Image8 &behind = *own_plate.rgb, &known = *own_plate.known;
     const bool plate = !behind.empty();
     if (!view.alpha.empty() && (view.alpha.width != view.rgb.width || view.alpha.height != view.rgb.height))
       return bad(fmt::format("The matte of picture {} is {}x{}, the picture {}x{}.", v, view.alpha.width,
@@ -55,15 +56,24 @@ Result<void> check_training_set(const TrainingSet& set) {
       return bad(fmt::format("The training mask of picture {} is {}x{}, the picture {}x{}.", v,
                              view.teaches.width, view.teaches.height, view.rgb.width, view.rgb.height),
                  "Run the matting again.");
+    if (const PixelRect whole{0, 0, view.rgb.width, view.rgb.height};
+        !view.inside.empty() && (common_part(view.inside, whole) != view.inside || view.teaches.empty()))
+      return bad(fmt::format("The filmed part of picture {} does not lie in it, or what lies beyond is not "
+                             "left out.",
+                             v),
+                 "Run the import again.");
     if (view.further_clip != 0 && v < own_views(set).size())
       return bad(fmt::format("Picture {} of a further clip comes before the first clip's.", v),
                  "Run the matting again.");
     if (!plate && view.alpha.empty())
       return bad(fmt::format("Picture {} has neither a background plate nor a matte.", v),
                  "Run the matting again.");
-    if (plate && (behind.width != view.rgb.width || behind.height != view.rgb.height || behind.channels != 3))
-      return bad(fmt::format("The plate is {}x{}, picture {} {}x{}.", behind.width, behind.height, v,
-                             view.rgb.width, view.rgb.height),
+    const bool whole = own_plate.camera == nullptr;  // as the view sees it; otherwise it sees a part
+    const int width = whole ? view.rgb.width : own_plate.camera->intrinsics.width,
+              height = whole ? view.rgb.height : own_plate.camera->intrinsics.height;
+    if (plate && (behind.width != width || behind.height != height || behind.channels != 3))
+      return bad(fmt::format("The plate of picture {} is {}x{}, its camera {}x{}.", v, behind.width,
+                             behind.height, width, height),
                  "Run the matting again.");
     if (plate && !known.empty() &&
         (known.width != behind.width || known.height != behind.height || known.channels != 1))

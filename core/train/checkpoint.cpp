@@ -30,6 +30,12 @@ void add_pose(std::string& text, const Pose& pose) {
   text += "\n";
 }
 
+void add_camera(std::string& text, const Camera& camera) {
+  const Intrinsics& k = camera.intrinsics;
+  text += fmt::format("{} {} {} {} {} {}\n", k.width, k.height, k.fx, k.fy, k.cx, k.cy);
+  add_pose(text, camera.cam_from_world);
+}
+
 std::string view_fingerprint(const TrainingView& view) {
   const Intrinsics& k = view.camera.intrinsics;
   std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}\n", view.camera.frame, k.width,
@@ -166,9 +172,11 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
     for (const float v : mode) text += fmt::format("{} ", v);
   add_hash(text, set.plate.data);
   add_hash(text, set.plate_known.data);
+  if (set.plate_camera) add_camera(text, *set.plate_camera);
   for (const auto& [clip, plate] : set.further_plates) {
     add_hash(text, plate.rgb.data);
     add_hash(text, plate.known.data);
+    if (plate.camera) add_camera(text, *plate.camera);
   }
   return hash_text(text);
 }

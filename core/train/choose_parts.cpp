@@ -129,6 +129,10 @@ void add_background(const CaptureMeasures& m, ChosenParts& chosen) {
     add(true, "a picture of the background, and a room for the moving camera",
         fmt::format("The camera rests in {:.0f} % of {} frames and moves in the others.{}",
                     100 * m.plate_share, m.frames, light));
+  else if (chosen.plate && m.has_mosaic)
+    add(true, "one picture of the background, wider than a frame",
+        fmt::format("The camera is hand-held: it turns and zooms before a wall in all of {} frames.{}",
+                    m.frames, light));
   else if (chosen.plate)
     add(true, "one picture of the background",
         fmt::format("The camera rests in {:.0f} % of {} frames.{}", 100 * m.plate_share, m.frames, light));
@@ -196,7 +200,7 @@ ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& aske
 void apply_parts(const ChosenParts& parts, TrainingSet& set, TrainOptions& options) {
   if (!parts.torso) set.has_torso = false, set.torso_modes = {};
   if (!parts.plate) {
-    set.plate = {}, set.plate_known = {};
+    set.plate = {}, set.plate_known = {}, set.plate_camera = {};
     for (TrainingView& view : set.views)
       if (view.further_clip == 0) view.has_plate = false;
   }

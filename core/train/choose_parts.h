@@ -22,6 +22,7 @@ struct CaptureMeasures {
   bool torso_followed = true;          // the track has a torso
   double torso_share = 0;     // of the picture: the person below the base of the neck; mean of the frames
   bool has_plate = false;     // there is a picture of the background before a resting camera
+  bool has_mosaic = false;    // a hand-held one's, wider than a frame
   double plate_share = 0;     // share of the frames before it
   bool has_room = false;      // a room behind the moving camera was learnt
   double yaw = 0, pitch = 0;  // of the camera as seen from the head: span, 2nd to 98th percentile

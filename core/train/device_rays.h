@@ -16,6 +16,7 @@
 #include "core/render/device_march.h"
 #include "core/render/device_picture.h"
 #include "core/train/cell_math.h"
+#include "core/train/mosaic_place.h"
 #include "core/train/ray_choice.h"
 
 namespace likeness {
@@ -28,6 +29,7 @@ struct RayView {
   float gain[3];
   std::int32_t further, has_alpha;
   std::int64_t plate;    // its first pixel, or -1: there is none
+  MosaicPlace mosaic;    // of width 0: the plate is what the view sees
   std::int64_t teaches;  // the first of its bits, or -1: everywhere
   std::uint64_t pixels;  // its first pixel
   std::uint64_t frame;   // bytes, of its FrameNumbers
@@ -220,6 +222,16 @@ struct DeviceViews {
   // A guessed plate is not used as background: there the matte separates the person, as without a plate.
   LIKENESS_HOST_DEVICE bool plate(std::size_t v, int x, int y, float (&out)[3]) const {
     if (view(v).plate < 0) return false;
+    if (const MosaicPlace& mosaic = view(v).mosaic; mosaic.width > 0) {
+      bool seen = false;
+      const std::uint32_t* first = a.views.pixels + view(v).plate;
+      const auto fetch = [&](int u, int w) {
+        return first[std::size_t(w) * std::size_t(mosaic.width) + std::size_t(u)];
+      };
+      mosaic_colour(mosaic, x, y, fetch, out, seen);
+      for (int c = 0; c < 3; ++c) out[c] = smaller(out[c] * view(v).gain[c], 1.f);
+      return seen || !has_alpha(v);
+    }
     const std::uint32_t pixel = a.views.pixels[std::size_t(view(v).plate) + index(v, x, y)];
     if (has_alpha(v) && pixel >> 24 != 255) return false;
     in_avatars_light(pixel, v, out);

@@ -35,14 +35,15 @@ double torso_share(const TrainingView& view, double base) {
 // Light on the background beside the person, 1: as in the plate. nullopt: too little of it is seen.
 std::optional<double> light_on_wall(const TrainingSet& set, const TrainingView& view) {
   if (!view.has_plate || set.plate.empty() || view.alpha.empty() || view.rgb.empty()) return std::nullopt;
+  const PlatePicture behind = plate_picture(set, view);
   double seen = 0, plate = 0;
   std::size_t read = 0, wall = 0;
   for (int y = 0; y < set.size; y += kEvery)
     for (int x = 0; x < set.size; x += kEvery, ++read) {
       if (view.alpha.at(x, y) > kSurelyWall) continue;
-      if (!set.plate_known.empty() && set.plate_known.at(x, y)[0] < kSeenWall) continue;
+      if (!behind.known.empty() && behind.known.at(x, y)[0] < kSeenWall) continue;
       ++wall;
-      for (int c = 0; c < 3; ++c) seen += view.rgb.at(x, y)[c], plate += set.plate.at(x, y)[c];
+      for (int c = 0; c < 3; ++c) seen += view.rgb.at(x, y)[c], plate += behind.rgb.at(x, y)[c];
     }
   if (double(wall) < kEnoughWall * double(read) || plate <= 0) return std::nullopt;
   return seen / plate;
@@ -68,7 +69,7 @@ CaptureMeasures measure_capture(const TrainingSet& set, const HeadShape& shape) 
   m.size = set.size;
   m.frames = int(own.size()), m.further_frames = int(set.views.size() - own.size());
   m.torso_followed = set.has_torso;
-  m.has_plate = !set.plate.empty();
+  m.has_plate = !set.plate.empty(), m.has_mosaic = set.plate_camera.has_value();
 
   // -- Where the camera stands as seen from the head.
   std::vector<double> yaw, pitch;

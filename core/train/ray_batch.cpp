@@ -7,6 +7,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
+#include "core/camera/mosaic.h"
 #include "core/train/random_stream.h"
 #include "core/train/ray_choice.h"
 #include "core/train/sides_seen.h"
@@ -34,6 +35,15 @@ void aim(const RaySource& source, const MarchVolumes& volumes, std::size_t v, Pi
 Vec3f colour_at(const Image8& image, int x, int y) {
   const std::uint8_t* p = image.at(x, y);
   return Vec3f(float(p[0]), float(p[1]), float(p[2])) / 255.f;
+}
+
+// Of a mosaic, as mosaic_colour fetches them.
+auto packed_pixels(const Image8& rgb, const Image8& known) {
+  return [&rgb, &known](int x, int y) {
+    const std::uint8_t* p = rgb.at(x, y);
+    const std::uint32_t seen = known.empty() ? 255u : known.at(x, y)[0];
+    return p[0] | std::uint32_t(p[1]) << 8 | std::uint32_t(p[2]) << 16 | seen << 24;
+  };
 }
 
 struct ColourSum {
@@ -95,9 +105,17 @@ struct HostViews {
     in_avatars_light(view(v).rgb, v, x, y, out);
   }
   bool plate(std::size_t v, int x, int y, float (&out)[3]) const {
-    const auto [behind, known] = plate_of(*source.set, view(v));
+    const auto [behind, known, camera] = plate_of(*source.set, view(v));
+    if (behind->empty()) return false;
     // A guessed plate is not used as background: there the matte separates the person, as without a plate.
-    if (behind->empty() || (!known->empty() && has_alpha(v) && known->at(x, y)[0] != 255)) return false;
+    if (camera != nullptr) {
+      bool seen = false;
+      mosaic_colour(source.views[v].mosaic, x, y, packed_pixels(*behind, *known), out, seen);
+      Eigen::Map<Vec3f> colour{out};
+      colour = colour.cwiseProduct(source.views[v].gain).cwiseMin(1.f);
+      return seen || !has_alpha(v);
+    }
+    if (!known->empty() && has_alpha(v) && known->at(x, y)[0] != 255) return false;
     in_avatars_light(*behind, v, x, y, out);
     return true;
   }
@@ -148,6 +166,16 @@ std::size_t choose_patches(const RaySource& source, const MarchVolumes& volumes,
 
 }  // namespace
 
+MosaicPlace mosaic_place(const TrainingSet& set, const TrainingView& view) {
+  const PlateOfView plate = plate_of(set, view);
+  MosaicPlace place{};
+  if (plate.rgb->empty() || plate.camera == nullptr) return place;
+  const Mat3d map = pixels_between(view.camera, *plate.camera);
+  for (int i = 0; i < 9; ++i) place.from_pixel[i] = float(map(i / 3, i % 3));
+  place.width = plate.rgb->width, place.height = plate.rgb->height;
+  return place;
+}
+
 RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> poses, const HeadShape& shape,
                           const FieldCube& head, const FieldCube* torso, const WarpFrame* warp,
                           const NeckZone& neck) {
@@ -166,6 +194,7 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
     if (!source.necks.empty())
       source.necks[v] =
           make_neck_bend(neck, inverse(pose.world_from_head) * pose.world_from_torso, head.origin, head.side);
+    out.mosaic = mosaic_place(set, view);
     // -- Box of the landmarks, a sixth larger on each side.
     const std::vector<Vec3f> posed = pose_head(set.model, shape, pose.articulation);
     if (!source.torsos.empty()) source.torsos[v] = torso_field(set.torso_modes, pose.torso_shape);

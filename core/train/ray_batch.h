@@ -12,6 +12,7 @@
 #include "core/render/rays.h"
 #include "core/scene/warp_lattice.h"
 #include "core/train/landmark_patches.h"
+#include "core/train/mosaic_place.h"
 #include "core/train/train.h"
 
 namespace likeness {
@@ -28,6 +29,7 @@ struct RaySource {
   struct View {
     std::array<UnitFromCamera, 2> maps;
     Vec3f gain = Vec3f::Ones();  // of a further clip's colours: its faces are as bright as the first clip's
+    MosaicPlace mosaic{};        // width 0: the view's plate is no mosaic, or it has none
     int face_x0 = 0, face_y0 = 0, face_x1 = 0, face_y1 = 0;  // px, half open; empty: whole picture
   };
   std::vector<View> views;
@@ -38,6 +40,9 @@ struct RaySource {
   OccupancyGrid sides;             // sides of the head that the first clip shows; empty without further clips
   const LandmarkPatches* patches = nullptr;  // null: no rays in patches
 };
+// Where a view sees its mosaic; of width 0 where it has none.
+MosaicPlace mosaic_place(const TrainingSet& set, const TrainingView& view);
+
 // poses: of the views, as tracked or corrected. warp: of the canonical face; null: none. neck: empty: none.
 RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> poses, const HeadShape& shape,
                           const FieldCube& head, const FieldCube* torso, const WarpFrame* warp = nullptr,

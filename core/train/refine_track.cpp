@@ -60,11 +60,11 @@ std::vector<Eigen::VectorXd> refine_track(const TrainingSet& set, const Avatar& 
   parallel_for(refined.size(), [&](std::size_t v) {
     if (stop.stop_requested()) return;
     const TrainingView& view = set.views[v];
-    const Image8 region = within_matte(head_box(view, rig), view), none;
-    const bool plate = view.has_plate && !set.plate.empty();
+    const Image8 region = within_matte(head_box(view, rig), view);
+    const Image8 plate = plate_picture(set, view).rgb;
     const FieldFitOptions fit{options.pixels, 1, options.components, options.seed + v};
-    refined[v] = fit_to_field(avatar, rig, view.camera, {&view.rgb, plate ? &set.plate : &none, &region},
-                              view.pose, corrections.empty() ? Eigen::VectorXd() : corrections[v], fit)
+    refined[v] = fit_to_field(avatar, rig, view.camera, {&view.rgb, &plate, &region}, view.pose,
+                              corrections.empty() ? Eigen::VectorXd() : corrections[v], fit)
                      .change;
   });
   if (stop.stop_requested() || refined.empty()) return corrections;

@@ -41,19 +41,26 @@ struct TrainingView {
   // is met by no ray.
   int further_clip = 0;
   TiledMask teaches;  // (size, size) 0: nothing is learnt from this pixel; empty: from all
+  // What was filmed of the picture; empty: all of it. Nothing is known of the rest, which `teaches` leaves
+  // out.
+  PixelRect inside{};
 };
 
-// The background of a further clip with a resting camera: as plate and plate_known below.
+// The background of a further clip: as plate, plate_known and plate_camera below.
 struct FurtherPlate {
   Image8 rgb, known;
+  std::optional<Camera> camera{};
 };
 
 struct TrainingSet {
   int size = 256;
   std::vector<TrainingView> views;  // training frames only; those of further clips last
-  Image8 plate;                     // empty without a static camera
-  Image8 plate_known;  // (size, size, 1) 255 = the plate was seen there; less = a guess; empty = everywhere
-  std::map<int, FurtherPlate> further_plates;  // by the clip's number; none of a moving camera
+  Image8 plate;                     // what views with has_plate have behind them; empty: not known
+  Image8 plate_known;  // (h, w, 1) 255 = the plate was seen there; less = a guess; empty = everywhere
+  // Of a mosaic (core/camera/mosaic.h): the camera that would take the plate. nullopt: a resting camera's,
+  // which is what every view sees.
+  std::optional<Camera> plate_camera{};
+  std::map<int, FurtherPlate> further_plates;  // by the clip's number; none of a walking camera
   HeadModel model;
   PersonShape person;
   ExpressionDetail detail{};  // of the surface, on top of model and person; empty: none
@@ -69,8 +76,15 @@ std::span<const TrainingView> own_views(const TrainingSet& set);
 // The plate of a view's clip and where it was seen; empty if it has none, or the view is elsewhere.
 struct PlateOfView {
   const Image8 *rgb = nullptr, *known = nullptr;
+  const Camera* camera = nullptr;  // of a mosaic; null: the plate is what the view sees
 };
 PlateOfView plate_of(const TrainingSet& set, const TrainingView& view);
+// The same as a picture of the view's size: what of its plate, or its mosaic, it sees; empty where there is
+// none.
+struct PlatePicture {
+  Image8 rgb, known;
+};
+PlatePicture plate_picture(const TrainingSet& set, const TrainingView& view);
 
 // Capacity of the fields.
 struct FieldSizes {

@@ -4,7 +4,6 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
-#include <libavutil/display.h>
 #include <libavutil/log.h>
 }
 
@@ -19,13 +18,16 @@ extern "C" {
 #include <string_view>
 #include <vector>
 
+#include "core/base/check.h"
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/video/deinterlace.h"
 #include "core/video/frame_to_rgb.h"
 #include "core/video/lens_tag.h"
 #include "core/video/libav.h"
 #include "core/video/mp4_boxes.h"
 #include "core/video/photos.h"
+#include "core/video/stream_info.h"
 
 namespace likeness {
 namespace {
@@ -36,10 +38,6 @@ constexpr std::string_view kCopyAgain =
     "film again.";
 
 std::atomic<std::int64_t> frames_decoded = 0;  // by all readers
-
-struct CloseFormat {
-  void operator()(AVFormatContext* c) const { avformat_close_input(&c); }
-};
 
 void silence_ffmpeg() {
   static std::once_flag once;
@@ -80,22 +78,6 @@ Error cannot_open(const std::filesystem::path& path, int error) {
                    "Choose a video as a phone records it (.mp4 or .mov).");
 }
 
-Orientation orientation_of(const AVStream& stream) {
-#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 30, 100)
-  const AVPacketSideData* side = av_packet_side_data_get(
-      stream.codecpar->coded_side_data, stream.codecpar->nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
-  const std::uint8_t* data = side ? side->data : nullptr;
-  const std::size_t size = side ? side->size : 0;
-#else
-  std::size_t size = 0;
-  const std::uint8_t* data = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, &size);
-#endif
-  if (!data || size < 9 * sizeof(int)) return {};
-  std::array<int, 9> matrix;
-  std::copy_n(reinterpret_cast<const std::int32_t*>(data), 9, matrix.begin());
-  return orientation_from_matrix(matrix);
-}
-
 Image8 luma_of(const Image8& rgb) {
   Image8 luma(rgb.width, rgb.height, 1);
   for (std::size_t i = 0; i < luma.data.size(); ++i) {
@@ -105,58 +87,10 @@ Image8 luma_of(const Image8& rgb) {
   return luma;
 }
 
-// A damaged header may claim any size; FFmpeg itself would take gigabytes for it before the first frame
-// fails.
-constexpr std::int64_t kMaxPixels = std::int64_t(8192) * 8192;
-
-int find_stream_info(AVFormatContext& format) {
-  std::vector<AVDictionary*> options(format.nb_streams);
-  for (AVDictionary*& each : options) av_dict_set_int(&each, "max_pixels", kMaxPixels, 0);
-  const int error = avformat_find_stream_info(&format, options.data());
-  for (AVDictionary*& each : options) av_dict_free(&each);
-  return error;
-}
-
-// Of a decoded frame, as it lies in memory.
-std::uint64_t frame_bytes(const AVFrame& frame) {
-  std::uint64_t bytes = 0;
-  for (const AVBufferRef* buffer : frame.buf)
-    if (buffer) bytes += buffer->size;
-  return bytes;
-}
-
-// Frame rate from the times of the first packets; 0 if they do not show it.
-double measured_rate(const std::filesystem::path& path, int stream) {
-  constexpr std::size_t kPackets = 240;
-  constexpr int kMaxRead = 10 * int(kPackets);
-  AVFormatContext* raw = nullptr;
-  if (avformat_open_input(&raw, ("file:" + path.string()).c_str(), nullptr, nullptr) < 0) return 0;
-  const std::unique_ptr<AVFormatContext, CloseFormat> format(raw);
-  const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
-  std::vector<std::int64_t> times;
-  for (int read = 0; read < kMaxRead && times.size() < kPackets; ++read) {
-    if (av_read_frame(raw, packet.get()) < 0) break;
-    const std::int64_t time = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
-    if (packet->stream_index == stream && time != AV_NOPTS_VALUE) times.push_back(time);
-    av_packet_unref(packet.get());
-  }
-  if (times.size() < 2 || stream >= int(raw->nb_streams)) return 0;
-  const auto [first, last] = std::ranges::minmax(times);  // they come in the decoder's order
-  const double seconds = double(last - first) * av_q2d(raw->streams[stream]->time_base);
-  return seconds > 0 ? double(times.size() - 1) / seconds : 0;
-}
-
-double rate_of(const std::filesystem::path& path, AVFormatContext& format, AVStream& stream) {
-  if (stream.avg_frame_rate.num > 0 && stream.avg_frame_rate.den > 0) return av_q2d(stream.avg_frame_rate);
-  // FFmpeg's guess may be the clock's ticks: WebM written by browsers holds nothing else.
-  if (const double measured = measured_rate(path, stream.index); measured > 0) return measured;
-  const AVRational rate = av_guess_frame_rate(&format, &stream, nullptr);
-  return rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 0;
-}
-
 }  // namespace
 
 struct VideoReader::Impl {
+  enum class Received { frame, end, damaged };
   // A frame that was handed out and stays for rewind().
   struct Kept {
     int index = 0;
@@ -177,6 +111,8 @@ struct VideoReader::Impl {
   FrameConverter to_rgb, to_luma;  // one each: a converter has to be set up again for another format
   Orientation orientation;
   VideoInfo info;
+  PixelRect part;        // of the pictures that is handed out; empty: all of them
+  VideoInfo shown;       // info of that part
   bool cut_off = false;  // by its outermost boxes
   bool draining = false, ended = false;
   int read_error = 0;        // of the demuxer, if it stopped before the end
@@ -191,6 +127,12 @@ struct VideoReader::Impl {
   std::uint64_t room = 0;  // bytes that are left for kept frames
   std::deque<Kept> kept;
 
+  // The first frames, as decoded, until it is known whether they are interlaced; then what followed them.
+  std::deque<std::unique_ptr<AVFrame, FreeFrame>> ahead;
+  std::optional<Received> after_ahead;
+  bool looked_ahead = false, interlaced = false;
+  std::unique_ptr<AVFrame, FreeFrame> before;  // of interlaced ones, the last as it was decoded
+
   std::vector<std::filesystem::path> photos;  // of a folder; then nothing of FFmpeg is used
 
   Result<void> open();
@@ -199,7 +141,11 @@ struct VideoReader::Impl {
   Result<void> open_decoder();
   void fill_info();
   Result<void> feed();
+  Received receive();
+  void look_ahead();
+  Received next_decoded();
   Result<std::optional<VideoFrame>> take();
+  void make_progressive(bool handed_out);
   Result<std::optional<VideoFrame>> replay();
   Result<void> convert(const AVFrame& decoded, VideoFrame& result);
   void keep(const VideoFrame& taken);
@@ -283,6 +229,7 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::next_photo() {
   VideoFrame result;
   result.index = next_index++;
   result.time_s = last_time_s = result.index;
+  if (!part.empty()) *photo = crop(*photo, part);
   if (pixels == VideoPixels::both) result.luma = luma_of(*photo);
   result.rgb = pixels == VideoPixels::luma ? luma_of(*photo) : std::move(*photo);
   return std::optional<VideoFrame>(std::move(result));
@@ -369,6 +316,60 @@ double VideoReader::Impl::time_of_frame() const {
   return next_index == 0 ? 0 : last_time_s + step;
 }
 
+// The decoder's next frame, into `frame`.
+VideoReader::Impl::Received VideoReader::Impl::receive() {
+  while (true) {
+    const int error = avcodec_receive_frame(codec.get(), frame.get());
+    if (error == 0) {
+      ++frames_decoded;
+      return Received::frame;
+    }
+    if (error == AVERROR_EOF) return Received::end;
+    if (error != AVERROR(EAGAIN) || !feed()) return Received::damaged;
+  }
+}
+
+// Nothing is decoded twice for it: what is looked at waits to be handed out.
+void VideoReader::Impl::look_ahead() {
+  constexpr std::size_t kMost = 25;  // frames
+  constexpr std::uint64_t kMostBytes = std::uint64_t(128) << 20;
+  looked_ahead = true;
+  const AVFieldOrder order = stream->codecpar->field_order;
+  bool flagged = order != AV_FIELD_UNKNOWN && order != AV_FIELD_PROGRESSIVE;
+  double largest = 0;
+  std::uint64_t bytes = 0;
+  while (ahead.size() < kMost && bytes < kMostBytes && !is_interlaced(largest, false)) {
+    const Received received = receive();
+    if (received != Received::frame) {
+      after_ahead = received;
+      break;
+    }
+    std::unique_ptr<AVFrame, FreeFrame> next(av_frame_alloc());
+    av_frame_move_ref(next.get(), frame.get());
+    flagged |= is_flagged(*next);
+    if (!ahead.empty()) largest = std::max(largest, combing(*ahead.back(), *next));
+    bytes += frame_bytes(*next);
+    ahead.push_back(std::move(next));
+  }
+  interlaced = is_interlaced(largest, flagged);
+}
+
+VideoReader::Impl::Received VideoReader::Impl::next_decoded() {
+  if (!looked_ahead) look_ahead();
+  if (!ahead.empty()) {
+    av_frame_move_ref(frame.get(), ahead.front().get());
+    ahead.pop_front();
+    return Received::frame;
+  }
+  return after_ahead ? *after_ahead : receive();
+}
+
+void VideoReader::Impl::make_progressive(bool handed_out) {
+  std::unique_ptr<AVFrame, FreeFrame> decoded(av_frame_clone(frame.get()));
+  if (handed_out) interlaced = deinterlace(before.get(), *frame);
+  before = std::move(decoded);
+}
+
 // nullopt for a skipped frame.
 Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   if (frame->flags & AV_FRAME_FLAG_CORRUPT || frame->decode_error_flags != 0) {
@@ -378,7 +379,9 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   VideoFrame result;
   result.time_s = last_time_s = time_of_frame();
   result.index = next_index++;
-  if (result.index % stride != 0 || result.index < first) {
+  const bool skipped = result.index % stride != 0 || result.index < first;
+  if (interlaced) make_progressive(!skipped);
+  if (skipped) {
     av_frame_unref(frame.get());
     return std::optional<VideoFrame>();
   }
@@ -403,6 +406,9 @@ Result<void> VideoReader::Impl::convert(const AVFrame& decoded, VideoFrame& resu
   result.rgb = upright(pixels == VideoPixels::luma ? to_luma.to_luma(decoded, width, height)
                                                    : to_rgb.to_rgb(decoded, width, height));
   if (result.rgb.empty()) return damaged();
+  if (part.empty()) return {};
+  result.rgb = crop(result.rgb, part);
+  if (!result.luma.empty()) result.luma = crop(result.luma, part);
   return {};
 }
 
@@ -496,7 +502,17 @@ VideoReader::~VideoReader() = default;
 VideoReader::VideoReader(VideoReader&&) noexcept = default;
 VideoReader& VideoReader::operator=(VideoReader&&) noexcept = default;
 
-const VideoInfo& VideoReader::info() const { return impl_->info; }
+const VideoInfo& VideoReader::info() const { return impl_->part.empty() ? impl_->info : impl_->shown; }
+
+void VideoReader::show_part(const PixelRect& part) {
+  Impl& reader = *impl_;
+  const PixelRect whole{0, 0, reader.info.width, reader.info.height};
+  LIKENESS_CHECK(part.empty() || common_part(part, whole) == part, "a part at %d, %d of %d x %d px", part.x,
+                 part.y, part.width, part.height);
+  reader.part = part == whole ? PixelRect{} : part;
+  reader.shown = reader.info;
+  reader.shown.width = part.width, reader.shown.height = part.height;
+}
 
 Result<std::optional<VideoFrame>> VideoReader::next() {
   Impl& reader = *impl_;
@@ -506,22 +522,19 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
     if (!reader.photos.empty()) return reader.next_photo();
     if (reader.replaying) return reader.replay();
     while (true) {
-      const int error = avcodec_receive_frame(reader.codec.get(), reader.frame.get());
-      if (error == 0) {
-        ++frames_decoded;
-        auto taken = reader.take();
-        if (!taken || *taken) return taken;
-        continue;
-      }
-      if (error == AVERROR_EOF) return reader.finish();
-      if (error != AVERROR(EAGAIN)) return reader.damaged();
-      if (const auto fed = reader.feed(); !fed) return fed.error();
+      const Impl::Received received = reader.next_decoded();
+      if (received == Impl::Received::end) return reader.finish();
+      if (received == Impl::Received::damaged) return reader.damaged();
+      auto taken = reader.take();
+      if (!taken || *taken) return taken;
     }
   };
   auto result = step();
   if (!result) reader.failure = result.error();
   return result;
 }
+
+bool VideoReader::was_interlaced() const { return impl_->interlaced; }
 
 void VideoReader::start_at(int index) { impl_->first = index; }
 
@@ -553,6 +566,7 @@ Result<void> VideoReader::rewind(VideoPixels pixels) {
   reader.forget_kept();
   auto again = open(reader.path, pixels, reader.frames);
   if (!again) return again.error();
+  again->show_part(reader.part);
   *this = std::move(*again);
   return {};
 }

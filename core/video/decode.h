@@ -65,6 +65,11 @@ class VideoReader {
   VideoReader& operator=(VideoReader&&) noexcept;
 
   const VideoInfo& info() const;
+  // From the next frame on: delivers only this part of the pictures, whose size info() then has; an empty
+  // one: all of them. Lasts through rewind().
+  void show_part(const PixelRect& part);
+  // Once a frame was read: its frames were interlaced, and were made progressive one by one (deinterlace.h).
+  bool was_interlaced() const;
   // Frames before it are decoded, but neither converted nor delivered: a fraction of their cost.
   void start_at(int index);
   Result<std::optional<VideoFrame>> next();

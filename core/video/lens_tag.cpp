@@ -17,7 +17,6 @@
 namespace likeness {
 namespace {
 
-constexpr std::string_view kFocalKey = "com.apple.quicktime.camera.focal_length.35mm_equivalent";
 constexpr std::uint64_t kMaxBytes = 1 << 20;  // of a list of keys or of values: usually a page
 constexpr int kMaxBoxes = 10000;              // a film has a few hundred; a damaged one may claim millions
 constexpr double kLeast_mm = 10, kMost_mm = 400;  // the widest phones have 13
@@ -51,7 +50,7 @@ std::uint64_t key_number(const std::string& keys) {
   for (std::uint64_t number = 1; at + 8 <= keys.size(); ++number) {
     const std::uint64_t size = big_endian(keys.data() + at, 4);
     if (size < 8 || size > keys.size() - at) return 0;
-    if (std::string_view(keys).substr(at + 8, size - 8) == kFocalKey) return number;
+    if (std::string_view(keys).substr(at + 8, size - 8) == kFocalLengthTag) return number;
     at += size;
   }
   return 0;

@@ -10,6 +10,9 @@ namespace likeness {
 // no phone has, or cannot be read. It survives cutting and cropping by an editor.
 double read_focal_35mm(const std::filesystem::path& path);
 
+// The tag's key, as Apple's cameras write it.
+inline constexpr const char* kFocalLengthTag = "com.apple.quicktime.camera.focal_length.35mm_equivalent";
+
 // The film's longer side. That Apple measures by it and not by the diagonal is inferred: an iPhone 13 is
 // reported to write 27 where its stills, measured by their diagonal, say 26. Not checked on a film of a known
 // angle.

@@ -7,6 +7,7 @@ extern "C" {
 #include <libavutil/frame.h>
 }
 
+#include <cstdint>
 #include <string>
 
 namespace likeness {
@@ -23,6 +24,14 @@ struct FreeFrame {
 
 // The index first, so that a film plays while it still loads; tags under any key.
 inline constexpr const char* kMovFlags = "+faststart+use_metadata_tags";
+
+// Bytes of a decoded frame as it lies in memory.
+inline std::uint64_t frame_bytes(const AVFrame& frame) {
+  std::uint64_t bytes = 0;
+  for (const AVBufferRef* buffer : frame.buf)
+    if (buffer) bytes += buffer->size;
+  return bytes;
+}
 
 inline std::string av_text(int error) {
   char buffer[AV_ERROR_MAX_STRING_SIZE] = {};

@@ -14,6 +14,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/files.h"
 #include "core/image/image.h"
 #include "core/synth/cast.h"
 #include "core/video/encode.h"
@@ -229,6 +230,37 @@ TEST_F(CommandLine, DoctorReportsEveryPartAsJson) {
   EXPECT_EQ(result.exit_code, report.at("healthy").get<bool>() ? 0 : 1);
 }
 
+TEST_F(CommandLine, DoctorSaysWhereNetworksWereLookedForAndWhatToDo) {
+  const std::string folder = (folder_ / "networks").string();
+  const auto doctor = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> command{"/usr/bin/env", "LIKENESS_NETWORKS=" + folder, likeness_path(),
+                                     "doctor"};
+    command.insert(command.end(), options.begin(), options.end());
+    return run_program(command);
+  };
+  ASSERT_TRUE(write_text(folder_ / "networks/iris.onnx", "no network").ok());
+  const auto report = nlohmann::json::parse(doctor({"--json"}).out);
+  int networks = 0;
+  for (const auto& finding : report.at("findings")) {
+    const auto part = finding.at("part").get<std::string>(), found = finding.at("found").get<std::string>();
+    if (part.find("network") == std::string::npos) continue;
+    ++networks;
+    EXPECT_FALSE(finding.at("ok").get<bool>()) << part;
+    EXPECT_FALSE(finding.at("needed").get<bool>()) << part;  // everything works without
+    EXPECT_NE(found.find(folder), std::string::npos) << found;
+    EXPECT_NE(finding.at("remedy").get<std::string>().find("packaging/networks"), std::string::npos);
+    if (part == "network iris") {
+      EXPECT_NE(found.find("is not the network"), std::string::npos) << found;
+    }
+  }
+  EXPECT_EQ(networks, 4);
+  // In words: the remedy once.
+  const std::string words = doctor({}).out;
+  const std::size_t said = words.find("Run packaging/networks");
+  ASSERT_NE(said, std::string::npos) << words;
+  EXPECT_EQ(words.find("Run packaging/networks", said + 1), std::string::npos) << words;
+}
+
 TEST_F(CommandLine, AMissingClipIsNamed) { expect_refused(folder_ / "absent.mp4", "absent.mp4"); }
 
 TEST_F(CommandLine, ATextFileNamedMp4IsRefused) {
@@ -375,6 +407,8 @@ TEST_F(CommandLine, StudiesSayWhatTheyNeed) {
            {{"study", "truth", folder, folder, "--tables", "mattes"}, "not a Likeness project"},
            {{"study", "truth", folder, "--tables", "drive"}, "for a project"},
            {{"study", "truth", folder, folder}, "need no project"},
+           {{"study", "truth", folder, "--marks", "m.json"}, "not a Likeness project"},
+           {{"study", "truth", folder, folder, "--marks", "m.json"}, "need no demo"},
            {{"study", folder}, "where its report goes"},
            {{"study", folder, "--tables", "occupancy"}, "not a Likeness project"},
            {{"study", "track", "track.json"}, "--marks"},

@@ -167,7 +167,7 @@ TEST_F(DrivenCommand, ACameraGoesRoundOrIsFollowed) {
     return picture ? picture->data : std::vector<std::uint8_t>();
   };
   EXPECT_NE(seen("orbit", "000005.png"), seen("still", "000005.png"));  // a quarter of the way: 60 degrees
-  CameraSet path{.is_static = false};
+  CameraSet path{.kind = CameraKind::walking};
   Camera camera = typical_camera(filmed_avatar());
   for (camera.frame = 0; camera.frame < 7; ++camera.frame) path.cameras.push_back(camera);
   ASSERT_TRUE(write_cameras(project_.root / "path.json", path).ok());

@@ -420,6 +420,16 @@ TEST_F(EndToEnd, TheDemosTruthJudgesMattesAndGivesDetailMaps) {
   const json rows = json::parse(mattes.out).at("mattes");
   ASSERT_FALSE(rows.empty());
   for (const json& row : rows) EXPECT_GT(row.at("iou_mean").get<double>(), 0.9) << row;
+  const ProgramResult again =
+      likeness({"study", "truth", demo, project, "--tables", "mattes", "--networks", "none", "--json"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const json both = json::parse(again.out).at("mattes");
+  ASSERT_EQ(both.size(), 2 * rows.size());
+  for (std::size_t i = 0; i < both.size(); ++i) {
+    EXPECT_EQ(both[i].at("network"), i < rows.size() ? "as it is" : "none");
+    EXPECT_EQ(both[i].at("frames"), rows[i % rows.size()].at("frames"));
+    EXPECT_GT(both[i].at("iou_mean").get<double>(), 0.9) << both[i];
+  }
   const fs::path maps = folder_ / "true maps";
   const ProgramResult written =
       likeness({"demo", demo, "--displacement", project, "--out", maps.string(), "--json"});

@@ -113,7 +113,7 @@ TEST(FuzzProjectFiles, Track) {
 
 TEST(FuzzProjectFiles, Cameras) {
   CameraSet set;
-  set.is_static = false;
+  set.kind = CameraKind::walking;
   set.scale = CameraScale::arbitrary;
   for (int i = 0; i < 3; ++i) set.cameras.push_back(some_camera(i));
   fuzz_file(

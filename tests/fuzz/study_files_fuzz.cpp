@@ -8,6 +8,7 @@
 #include "core/lab/study/finished_rows.h"
 #include "core/lab/truth/camera_truth.h"
 #include "core/lab/truth/face_marks.h"
+#include "core/lab/truth/person_marks.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace likeness {
@@ -39,6 +40,20 @@ TEST(FuzzStudyFiles, FaceMarks) {
   target.seeds = {R"({"version": 1, "frames": [4, 9, 120], "mouth": "co?", "eyes": "os?"})"};
   target.read = [&](std::span<const std::byte> bytes) {
     return read_face_marks(scratch.put("marks.json", bytes)).ok();
+  };
+  fuzz(target);
+}
+
+TEST(FuzzStudyFiles, PersonMarks) {
+  const ScratchFolder scratch;
+  FuzzTarget target;
+  target.name = "person marks";
+  target.seeds = {
+      R"({"version": 1, "clip": "a.mp4", "video_hash": "0f", "size": [64, 48], "frames": [{"frame": 3,)"
+      R"( "person": [[[4,48],[9.5,2],[40,48]]], "holes": [[[8,9],[9,9],[9,10]]],)"
+      R"( "head": [[[6,20],[9.5,2],[20,20]]], "unsure": [[[1,1],[2,1],[1,2]]]}]})"};
+  target.read = [&](std::span<const std::byte> bytes) {
+    return read_person_marks(scratch.put("marks.json", bytes)).ok();
   };
   fuzz(target);
 }

@@ -180,6 +180,9 @@ TEST_F(Bundle, ItStartsFromAnywhereAndFindsItsOwn) {
   const ProgramResult doctor = start("likeness", "doctor");
   EXPECT_EQ(doctor.exit_code, 0) << doctor.out << doctor.err;
   EXPECT_THAT(doctor.out, HasSubstr((root_ / "lib/likeness/colmap").string()));
+  if (fs::exists(LIKENESS_SOURCE "/build/networks")) {
+    EXPECT_THAT(doctor.out, HasSubstr((root_ / "share/likeness/networks/face468.onnx").string()));
+  }
   for (const char* file : {"shape_predictor_68_face_landmarks.dat", "fonts/Inter-Regular.otf"})
     EXPECT_TRUE(fs::exists(root_ / "share/likeness" / file)) << file;
 }

@@ -977,6 +977,35 @@ TEST_F(Panels, ATrainingFrameIsLeftOutByAClickAndAHeldOutOneCannotBe) {
   EXPECT_FALSE(noted_widgets().contains("Use it again"));
 }
 
+TEST_F(Panels, AFrameIsNamedAsTheRestingFaceAndTheChoiceIsTakenBack) {
+  Snapshot s = snapshot_of(Step::face, Look::done);
+  auto contents = std::make_shared<ProjectContents>(*s.project.contents);
+  auto track = std::make_shared<Track>(*contents->track);
+  track->rest = {{0, 1, 2, 6}, false, 1, "The calmest of 20 frames with a closed mouth.", ""};
+  contents->track = track;
+  s.project.contents = contents;
+  settled(s);
+  keep_shot("face_rest");
+  EXPECT_FALSE(noted_widgets().contains("Choose it again by itself"));
+  std::optional<std::vector<int>> rest;
+  const auto watch = [&] {
+    if (const Requests requests = draw_frame(s); requests.project.rest_frames)
+      rest = requests.project.rest_frames;
+  };
+  test::click("This is my resting face", watch);
+  EXPECT_EQ(rest, std::vector<int>{8});
+  contents = std::make_shared<ProjectContents>(*s.project.contents);
+  contents->project.options.fit.rest_frames = {8};
+  s.project.contents = contents;
+  settled(s);
+  EXPECT_FALSE(noted_widgets().contains("This is my resting face"));
+  test::click("Choose it again by itself", watch);
+  EXPECT_EQ(rest, std::vector<int>{});
+  s.project.face_picture = frame_picture(22);  // held out
+  settled(s);
+  EXPECT_FALSE(noted_widgets().contains("This is my resting face"));
+}
+
 TEST_F(Panels, APlanThatWillNotFitOffersASmallerOne) {
   Snapshot s = snapshot_of(Step::film, Look::done);
   auto contents = std::make_shared<ProjectContents>(*s.project.contents);

@@ -57,7 +57,7 @@ void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& request
   ImGui::SameLine();
   ImGui::AlignTextToFramePadding();
   faint_text(
-      contents->cameras->is_static
+      contents->cameras->rests()
           ? "The camera rested: each frustum is how the turning head saw it. Drag to orbit, wheel to zoom."
       : contents->points && !contents->points->empty()
           ? fmt::format(

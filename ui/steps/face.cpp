@@ -58,6 +58,50 @@ void draw_training_choice(const Snapshot& snapshot, int frame, Requests& request
   }
 }
 
+// "0 to 11, 40"
+std::string frame_words(const std::vector<int>& frames) {
+  std::string words;
+  for (std::size_t i = 0, next = 0; i < frames.size(); i = next) {
+    for (next = i + 1; next < frames.size() && frames[next] == frames[next - 1] + 1;) ++next;
+    words += (words.empty() ? "" : ", ") + fmt::format("{}", frames[i]);
+    if (next > i + 1) words += fmt::format(" to {}", frames[next - 1]);
+  }
+  return words;
+}
+
+// From which frames the resting face comes, and naming another. Held-out frames cannot be named.
+void draw_rest(const Snapshot& snapshot, int frame, Requests& requests) {
+  const ProjectContents& contents = *snapshot.project.contents;
+  const std::vector<int>& asked = contents.project.options.fit.rest_frames;
+  const RestChoice& rest = contents.track->rest;
+  const bool idle = !snapshot.situation.running && snapshot.situation.consent;
+  ImGui::Dummy({0, px(10)});
+  ImGui::PushFont(theme().fonts.strong);
+  ImGui::TextUnformatted("Resting face");
+  ImGui::PopFont();
+  if (!asked.empty()) {
+    body_text(fmt::format("Frame {}, as you said.", frame_words(asked)));
+    if (!rest.asked) faint_text("It is used by the next run.");
+  } else if (!rest.frames.empty()) {
+    body_text(fmt::format("{} {}.", rest.frames.size() == 1 ? "Frame" : "Frames", frame_words(rest.frames)));
+    faint_text(rest.asked ? "It is chosen again by the next run." : rest.why);
+  } else {
+    faint_text("Every expression counts from the face at rest, which the fit finds in calm frames.");
+  }
+  if (!rest.warning.empty() && asked.empty()) body_text(rest.warning);
+  const auto& frames = contents.capture->frames;
+  const auto own = std::ranges::find(frames, frame, &CaptureFrame::frame);
+  const bool named = std::ranges::binary_search(asked, frame);
+  if (own != frames.end() && !own->held_out && !named) {
+    if (plain_button("This is my resting face", idle)) requests.project.rest_frames = std::vector{frame};
+    tooltip(
+        "For a frame with the mouth closed and the face at ease, if a smile counts as rest. Face and avatar "
+        "then need a new run.");
+  }
+  if (!asked.empty() && plain_button("Choose it again by itself", idle))
+    requests.project.rest_frames = std::vector<int>{};
+}
+
 // What can be done with a marked span, and with one that was fitted again.
 void draw_refit(const Snapshot& snapshot, const std::optional<RefitSpan>& marked, int frame,
                 Requests& requests) {
@@ -104,7 +148,10 @@ void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, const std::
     body_text(fmt::format("The model misses the face's points by {:.1f} px.", frame.inner_error_px));
     faint_text(fmt::format("The points themselves are uncertain by {:.1f} px.", mean_inner_spread(frame)));
   }
-  if (snapshot.project.contents->capture) draw_training_choice(snapshot, frame.frame, requests);
+  if (snapshot.project.contents->capture) {
+    draw_training_choice(snapshot, frame.frame, requests);
+    draw_rest(snapshot, frame.frame, requests);
+  }
   ImGui::Dummy({0, px(10)});
   ImGui::PushFont(theme().fonts.strong);
   ImGui::TextUnformatted("How to read it");

@@ -5,6 +5,7 @@
 
 #include "core/base/memory.h"
 #include "core/base/parallel.h"
+#include "core/network/installed_networks.h"
 #include "ui/platform/settings.h"
 
 namespace likeness::ui {
@@ -13,6 +14,10 @@ std::string diagnostics_text(const std::optional<Error>& error, const ProjectCon
   std::string text =
       fmt::format("Likeness studio\nthreads {}\nmemory in use {} MiB, free {} MiB\n", current_thread_limit(),
                   memory_in_use() >> 20, available_memory().value_or(0) >> 20);
+  for (const InstalledNetworkFile& network : installed_network_files()) {
+    const auto found = find_installed_network(network.network);
+    text += found ? fmt::format("network {}\n", found->string()) : found.error().what + "\n";
+  }
   if (error)
     text += fmt::format("last error: {}\nremedy: {}\nwhere: {}\n", error->what, error->fix, error->where);
   if (!contents) return text;

@@ -49,9 +49,11 @@ std::shared_ptr<const Card> read_card(const ProjectContents& contents) {
       !check_track_fits(*contents.track, *contents.avatar->model))
     return nullptr;
   const Capture trained = without_left_out(*contents.capture, contents.project.options.train.left_out);
-  return std::make_shared<const Card>(make_card(trained, *contents.cameras, *contents.track,
-                                                learnt_further_views(contents.project),
-                                                contents.avatar->avatar, *contents.avatar->model));
+  const HeadModel& model = *contents.avatar->model;
+  return std::make_shared<const Card>(
+      make_card(trained, *contents.cameras, *contents.track, learnt_further_views(contents.project),
+                contents.avatar->avatar, model,
+                seen_mouth(contents.project.folder, trained, *contents.cameras, *contents.track, model)));
 }
 
 void read_strokes_of(const Project& project, ProjectContents& contents) {
@@ -184,7 +186,7 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   if (auto refits = read_refits(p); refits && contents->track) contents->refits = std::move(refits->outcomes);
   contents->avatar =
       same_stage(Stage::train) && earlier->avatar ? earlier->avatar : read_project_avatar(*contents);
-  if (contents->track && contents->cameras && !contents->cameras->is_static) {
+  if (contents->track && contents->cameras && contents->cameras->kind == CameraKind::walking) {
     contents->points = same_stage(Stage::fit) && earlier->points
                            ? earlier->points
                            : shared_or_none(solved_points(p, *contents->track));

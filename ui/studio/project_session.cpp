@@ -87,6 +87,7 @@ void ProjectSession::apply(const ProjectRequests& requests) {
     });
   if (requests.delete_person) delete_person(*requests.delete_person);
   if (requests.left_out && open_.contents && open_.contents->capture) leave_out(*requests.left_out);
+  if (requests.rest_frames && open_.contents && open_.contents->capture) name_rest(*requests.rest_frames);
   if (requests.refit) refit(*requests.refit, true);
   if (requests.take_back) refit(*requests.take_back, false);
   if (requests.check_frame) show_check_frame(*requests.check_frame);
@@ -130,6 +131,17 @@ void ProjectSession::leave_out(const std::vector<int>& frames) {
     o.train.left_out = frames;
     restore_budget(o);
   });
+}
+
+void ProjectSession::name_rest(const std::vector<int>& frames) {
+  if (const auto fine = check_rest_frames(*open_.contents->capture, frames); !fine)
+    return context_.notices.fail(fine.error());
+  const bool changed = edit_options([&](ProjectOptions& o) {
+    o.fit.rest_frames = frames;
+    restore_budget(o);
+  });
+  if (changed)
+    context_.notices.message = "Make the avatar again: every expression then counts from this rest.";
 }
 
 void ProjectSession::show_check_frame(int frame) {

@@ -46,6 +46,7 @@ struct ProjectRequests {
   std::optional<int> remove_clip;                 // a further one, by its number
   std::optional<bool> delete_person;              // true: the exports are kept
   std::optional<std::vector<int>> left_out;       // frames that shall not train
+  std::optional<std::vector<int>> rest_frames;    // that show the resting face; empty: found by the fit
   std::optional<RefitSpan> refit, take_back;      // a span to be fitted again; to be as it was first fitted
   std::optional<int> check_frame, face_frame;
   std::optional<double> budget_s;
@@ -119,6 +120,7 @@ class ProjectSession {
   void change_clips(const std::function<Result<std::string>(Project&)>& change);
   bool edit_options(const std::function<void(ProjectOptions&)>& change);  // false: could not be saved now
   void leave_out(const std::vector<int>& frames);
+  void name_rest(const std::vector<int>& frames);
   void show_check_frame(int frame);
   void show_face_frame(int frame);
 

@@ -57,7 +57,9 @@ std::optional<Scene> open_scene(const Project& project) {
   scene.view = *frame_view(**contents, frames[frames.size() / 2]);
   auto truth = read_image(project.folder / frame_name(scene.view.tracked->frame));
   if (!truth || truth->channels != 3) return std::nullopt;
-  scene.truth = std::move(*truth);
+  const PixelRect& inside = (*contents)->capture->inside;
+  scene.truth = crop(*truth, inside);
+  scene.view.camera = view_of_part(scene.view.camera, inside);
   return scene;
 }
 

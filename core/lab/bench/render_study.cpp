@@ -38,7 +38,7 @@ std::vector<ChosenFrame> choose_frames(const HeldOutSet& set, int most) {
   std::vector<ChosenFrame> all;
   for (const int frame : held_out_frames(set.capture)) {
     const TrackedFrame* tracked = find_tracked(set.track, frame);
-    const auto camera = picture_camera(set.capture, set.cameras, set.track, frame);
+    const auto camera = filmed_camera(set.capture, set.cameras, set.track, frame);
     if (tracked && tracked->status != FrameStatus::lost && camera) all.push_back({tracked, *camera});
   }
   std::vector<ChosenFrame> chosen;
@@ -53,13 +53,14 @@ struct Truth {
   Image8 plate;  // empty if the background is not known
 };
 
-Result<Truth> read_truth(const Project& project, const HeldOutSet& set, int frame) {
-  const auto picture = read_image(project.folder / frame_name(frame));
+Result<Truth> truth_of(const Project& project, const HeldOutSet& set, int frame) {
+  const auto picture = read_truth(project, set.capture, frame);
   if (!picture) return picture.error();
   auto regions = read_regions(regions_path(project), set.capture, frame);
   if (!regions) return regions.error();
-  const bool known = !set.avatar.plate.empty() && std::ranges::binary_search(set.plate_info.frames, frame);
-  return Truth{to_float(*picture), std::move(*regions), known ? set.avatar.plate : Image8{}};
+  const auto camera = picture_camera(set.capture, set.cameras, set.track, frame);
+  return Truth{to_float(*picture), std::move(*regions),
+               camera ? plate_behind(set, frame, *camera) : Image8{}};
 }
 
 Avatar without_opacities(const Avatar& avatar) {
@@ -197,7 +198,7 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, std::vec
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(k) / double(chosen.size()), fmt::format("frame {}", chosen[k].tracked->frame));
-    const auto truth = read_truth(project, *set, chosen[k].tracked->frame);
+    const auto truth = truth_of(project, *set, chosen[k].tracked->frame);
     if (!truth) return truth.error();
     const TrackedFrame& t = *chosen[k].tracked;
     const auto start = std::chrono::steady_clock::now();

@@ -51,7 +51,8 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
                             std::stop_token stop) {
   const auto inputs = read_held_out(project);
   if (!inputs) return inputs.error();
-  const auto& [capture, cameras, track, avatar, plate_info] = *inputs;
+  const HeldOutSet& set = *inputs;
+  const auto& [capture, cameras, track, avatar, plate_info] = set;
   const auto model = project_head_model(project.options);
   if (!model) return model.error();
   if (auto fits = check_track_fits(track, *model); !fits) return fits.error();
@@ -70,8 +71,10 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
       return free.error();
   std::optional<VideoWriter> video;
   if (!options.video.empty()) {
+    const int width = capture.inside.empty() ? capture.size : capture.inside.width,
+              height = capture.inside.empty() ? capture.size : capture.inside.height;
     auto writer =
-        VideoWriter::create(options.video, capture.size * 3, capture.size,
+        VideoWriter::create(options.video, width * 3, height,
                             {.frames_per_second = std::clamp(capture.frames_per_second, 1.0, 240.0)});
     if (!writer) return writer.error();
     video.emplace(std::move(*writer));
@@ -99,12 +102,12 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     progress.report(double(result.frames_test + result.frames_lost) / double(held_out.size()),
                     fmt::format("frame {}", frame));
     const TrackedFrame* tracked = find_tracked(track, frame);
-    const auto camera = picture_camera(capture, cameras, track, frame);
+    const auto camera = filmed_camera(capture, cameras, track, frame);
     if (tracked == nullptr || tracked->status == FrameStatus::lost || !camera) {
       ++result.frames_lost;
       continue;
     }
-    const auto truth = read_image(project.folder / frame_name(frame));
+    const auto truth = read_truth(project, capture, frame);
     if (!truth) return truth.error();
     const auto regions = read_regions(regions_folder, capture, frame);
     if (!regions) return regions.error();
@@ -115,11 +118,9 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     if (!rendered) return rendered.error();
     render_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     samples += rendered->samples_per_ray;
-    const bool has_plate = !avatar.plate.empty() && std::ranges::binary_search(plate_info.frames, frame);
-    background_known &= has_plate || room.has_value();
-    const Image8 plate = has_plate ? avatar.plate
-                         : room    ? room_picture(*room, *camera, options.quality)
-                                   : Image8{};
+    Image8 plate = plate_behind(set, frame, *camera);
+    background_known &= !plate.empty() || room.has_value();
+    if (plate.empty() && room) plate = room_picture(*room, *camera, options.quality);
     // Scored as exported: rounded to 8 bits.
     const Image8 picture = to_bytes(composite(rendered->rgba, plate));
     const Image a = to_float(*truth), b = to_float(picture);

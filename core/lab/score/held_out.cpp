@@ -26,6 +26,12 @@ Image8 channel_mask(const Image8& rgb, int channel) {
 
 }  // namespace
 
+Result<Image8> read_truth(const Project& project, const Capture& capture, int frame) {
+  auto picture = read_image(project.folder / frame_name(frame));
+  if (!picture) return picture.error();
+  return crop(*picture, capture.inside);
+}
+
 Result<Regions> read_regions(const fs::path& folder, const Capture& capture, int frame) {
   const auto picture = read_image(folder / fmt::format("{:06}.png", frame));
   if (!picture) return picture.error();
@@ -37,8 +43,15 @@ Result<Regions> read_regions(const fs::path& folder, const Capture& capture, int
         "Give RGB pictures in source pixels: red person, green head, blue face.", folder.string()};
   }
   const SquareCrop& c = capture.crop;
-  const Image8 cut = resize(crop(*picture, c.x, c.y, c.side, c.side), capture.size, capture.size);
+  const Image8 cut =
+      crop(resize(crop(*picture, c.x, c.y, c.side, c.side), capture.size, capture.size), capture.inside);
   return Regions{channel_mask(cut, 0), channel_mask(cut, 1), channel_mask(cut, 2)};
+}
+
+Image8 plate_behind(const HeldOutSet& set, int frame, const Camera& camera) {
+  const Avatar& avatar = set.avatar;
+  if (avatar.plate.empty() || !std::ranges::binary_search(set.plate_info.frames, frame)) return {};
+  return avatar.mosaic ? mosaic_seen_by(*avatar.mosaic, camera) : avatar.plate;
 }
 
 Result<HeldOutSet> read_held_out(const Project& project) {
@@ -56,12 +69,13 @@ Result<HeldOutSet> read_held_out(const Project& project) {
   auto avatar = read_avatar(avatar_path(project));
   if (!avatar) return avatar.error();
   // A later import or fit leaves the old avatar in place until the next training.
-  if (avatar->intrinsics.width != capture.size || avatar->head_model_hash != track.head_model_hash) {
+  const int width = capture.inside.empty() ? capture.size : capture.inside.width;
+  if (avatar->intrinsics.width != width || avatar->head_model_hash != track.head_model_hash) {
     return Error{
         ErrorCode::bad_input,
         fmt::format("The avatar was trained at {} px on the {} head; the project now holds {} px and "
                     "the {} head.",
-                    avatar->intrinsics.width, avatar->head_model_name, capture.size, track.head_model_name),
+                    avatar->intrinsics.width, avatar->head_model_name, width, track.head_model_name),
         fmt::format("Run: likeness train {}", project.folder.string()), project.folder.string()};
   }
   auto plate_info = read_plate_info(plate_info_path(project));

@@ -1,26 +1,26 @@
-// OpenCV's dnn behind one function: see perceptual_network.h.
+// Two pictures given to a network, and its numbers' mean: see perceptual_network.h.
 #include "core/lab/score/perceptual_network.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/dnn.hpp>
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
+#include "core/network/onnx_network.h"
 
 namespace likeness {
 namespace {
 
 namespace fs = std::filesystem;
 
+const char* const kPerceptualFix =
+    "Give a network in ONNX (opset 9 to 13) that turns two RGB pictures into their distance, and name its "
+    "inputs in a .json file of the same name (core/lab/score/perceptual_network.h).";
+
 Error bad_network(const fs::path& path, std::string what) {
-  return {
-      ErrorCode::bad_input, std::move(what),
-      "Give a network in ONNX (opset 9 to 13) that turns two RGB pictures into their distance, and name its "
-      "inputs in a .json file of the same name (core/lab/score/perceptual_network.h).",
-      path.string()};
+  return {ErrorCode::bad_input, std::move(what), kPerceptualFix, path.string()};
 }
 
 Result<PerceptualFormat> read_format(const fs::path& onnx) {
@@ -47,58 +47,41 @@ Result<PerceptualFormat> read_format(const fs::path& onnx) {
 }  // namespace
 
 struct PerceptualNetwork::Impl {
-  fs::path path;
   PerceptualFormat format;
-  cv::dnn::Net net;
+  OnnxNetwork network;
 
-  Result<double> run(const Image8& a, const Image8& b) {
-    try {
-      const Image8* given[] = {&a, &b};
-      for (const std::size_t i : {0u, 1u}) {
-        const int side = format.size_px;
-        const Image8 fitted = side == 0 ? *given[i] : resize(*given[i], side, side);
-        const cv::Mat picture(fitted.height, fitted.width, CV_8UC3,
-                              const_cast<std::uint8_t*>(fitted.data.data()));
-        net.setInput(
-            cv::dnn::blobFromImage(picture, 1 / 127.5, {}, cv::Scalar::all(127.5), false, false, CV_32F),
-            format.inputs[i]);
-      }
-      const cv::Mat output = net.forward();
-      if (output.type() != CV_32F || output.total() == 0)
-        return bad_network(path, "The network's output is not a distance.");
-      const auto* values = output.ptr<float>();
-      double sum = 0;
-      for (std::size_t i = 0; i < output.total(); ++i) sum += double(values[i]);
-      return sum / double(output.total());
-    } catch (const cv::Exception& fault) {
-      return bad_network(path, fmt::format("The network cannot compare two pictures given as \"{}\" and "
-                                           "\"{}\": {}.",
-                                           format.inputs[0], format.inputs[1], fault.err));
-    }
+  Result<double> run(const Image8& a, const Image8& b) const {
+    const int side = format.size_px;
+    const auto input = [&](const std::string& name, const Image8& picture) {
+      return NetworkInput{name, picture_tensor(side == 0 ? picture : resize(picture, side, side), 1 / 127.5,
+                                               {127.5, 127.5, 127.5})};
+    };
+    const NetworkInput inputs[] = {input(format.inputs[0], a), input(format.inputs[1], b)};
+    const std::string last_output;
+    const auto outputs = network.run(inputs, {&last_output, 1});
+    if (!outputs)
+      return bad_network(network.origin(),
+                         fmt::format("The network cannot compare two pictures given as \"{}\" and \"{}\". {}",
+                                     format.inputs[0], format.inputs[1], outputs.error().what));
+    const std::vector<float>& values = outputs->front().values;
+    if (values.empty()) return bad_network(network.origin(), "The network's output is not a distance.");
+    double sum = 0;
+    for (const float value : values) sum += double(value);
+    return sum / double(values.size());
   }
 };
 
 Result<PerceptualNetwork> PerceptualNetwork::load(const fs::path& onnx) {
-  auto impl = std::make_unique<Impl>();
-  impl->path = onnx;
   std::error_code ignored;
-  if (!fs::is_regular_file(onnx, ignored))
-    return Error{ErrorCode::not_found, fmt::format("There is no network \"{}\".", onnx.string()),
-                 "Check the name and the folder.", onnx.string()};
-  auto format = read_format(onnx);
+  auto format = fs::is_regular_file(onnx, ignored) ? read_format(onnx) : PerceptualFormat{};
   if (!format) return format.error();
-  impl->format = std::move(*format);
-  try {
-    impl->net = cv::dnn::readNetFromONNX(onnx.string());
-    if (impl->net.empty()) return bad_network(onnx, "The file holds no network.");
-    impl->net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-    impl->net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-  } catch (const cv::Exception& fault) {
-    return bad_network(onnx, fmt::format("The network cannot be read: {}.", fault.err));
-  } catch (const std::exception& fault) {  // the file claims sizes that the standard library refuses
-    return bad_network(onnx, fmt::format("The network cannot be read: {}.", fault.what()));
+  auto read = OnnxNetwork::load(onnx);
+  if (!read) {
+    Error error = read.error();
+    if (error.code == ErrorCode::bad_input) error.fix = kPerceptualFix;
+    return error;
   }
-  PerceptualNetwork network(std::move(impl));
+  PerceptualNetwork network(std::make_unique<Impl>(Impl{std::move(*format), std::move(*read)}));
   const int side = 64;
   const Image8 grey(side, side, 3, 180);
   Image8 other = grey;
@@ -117,7 +100,7 @@ Result<PerceptualNetwork> PerceptualNetwork::load(const fs::path& onnx) {
 Result<double> PerceptualNetwork::distance(const Image8& a, const Image8& b) const {
   if (a.channels != 3 || a.width != b.width || a.height != b.height || b.channels != 3)
     return Error{ErrorCode::bad_input, "Pictures of different shapes have no distance.",
-                 "Compare RGB pictures of one size.", impl_->path.string()};
+                 "Compare RGB pictures of one size.", impl_->network.origin().string()};
   return impl_->run(a, b);
 }
 

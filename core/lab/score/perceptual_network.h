@@ -1,5 +1,5 @@
 // A perceptual distance between pictures by a network that others trained, such as LPIPS (Zhang et al.
-// 2018): an ONNX file, run by OpenCV's dnn. None is part of this program.
+// 2018): an ONNX file. None is part of this program.
 #pragma once
 
 #include <filesystem>
@@ -27,7 +27,7 @@ class PerceptualNetwork {
   PerceptualNetwork(PerceptualNetwork&&) noexcept;
   PerceptualNetwork& operator=(PerceptualNetwork&&) noexcept;
 
-  // 0 for equal pictures. (h, w, 3) of one size. One thread at a time.
+  // 0 for equal pictures. (h, w, 3) of one size. May be called by several threads; they take turns.
   Result<double> distance(const Image8& a, const Image8& b) const;
 
  private:

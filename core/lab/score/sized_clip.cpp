@@ -43,9 +43,16 @@ TrainingSet resized(TrainingSet set, int size) {
     view.camera = resized(view.camera, size);
     view.rgb = fitted(view.rgb, size);
     view.alpha = TiledMask(fitted(to_image(view.alpha), size));
+    if (view.inside.empty()) return;
+    view.inside = resampled(view.inside, set.size, size);
+    Image8 teaches = fitted(to_image(view.teaches), size);
+    fill_outside(teaches, view.inside, 0);
+    view.teaches = TiledMask(teaches);
   });
-  set.plate = fitted(set.plate, size);
-  set.plate_known = fitted(set.plate_known, size);
+  if (!set.plate_camera) {  // a view of any size sees a mosaic as it is
+    set.plate = fitted(set.plate, size);
+    set.plate_known = fitted(set.plate_known, size);
+  }
   set.size = size;
   return set;
 }
@@ -74,14 +81,16 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
   auto set = load_training_set(one, *model);
   if (!set) return set.error();
   if (size == 0) size = capture.size;
-  capture.size = size;  // cameras and regions are then of this size
+  // Cameras and regions are then of this size.
+  capture.inside = resampled(capture.inside, capture.size, size);
+  capture.size = size;
 
   SizedClip clip;
   clip.content = content_of(project, *model);
   clip.set = resized(std::move(*set), size);
   for (const int frame : held_out_frames(capture)) {
     const TrackedFrame* tracked = find_tracked(track, frame);
-    const auto camera = picture_camera(capture, cameras, track, frame);
+    const auto camera = filmed_camera(capture, cameras, track, frame);
     if (tracked == nullptr || tracked->status == FrameStatus::lost || !camera) {
       ++clip.lost;
       continue;
@@ -90,13 +99,16 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
     if (!truth) return truth.error();
     auto regions = read_regions(regions_path(project), capture, frame);
     if (!regions) return regions.error();
-    const bool known = std::ranges::binary_search(plate_info->frames, frame);
-    clip.held_out.push_back({.frame = frame,
-                             .pose = tracked->pose,
-                             .camera = *camera,
-                             .truth = fitted(*truth, size),
-                             .plate = known ? clip.set.plate : Image8{},
-                             .regions = std::move(*regions)});
+    TrainingView view{.camera = *camera};
+    view.has_plate = std::ranges::binary_search(plate_info->frames, frame);
+    const Image8 plate = plate_picture(clip.set, view).rgb;
+    clip.held_out.push_back(
+        {.frame = frame,
+         .pose = tracked->pose,
+         .camera = *camera,
+         .truth = crop(fitted(*truth, size), capture.inside),
+         .plate = plate.empty() || clip.set.plate_camera ? plate : crop(plate, capture.inside),
+         .regions = std::move(*regions)});
   }
   if (clip.held_out.empty())
     return Error{ErrorCode::failed, "None of the held-out frames has a track, so nothing can be measured.",

@@ -169,8 +169,7 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
     const RenderState state = pose_avatar(rig, frame_pose(set->avatar, *courses, *t));
     const RenderedFrame rendered =
         render_frame(set->avatar, *camera, state, render_options(RenderQuality::final));
-    const bool known = std::ranges::binary_search(set->plate_info.frames, frame);
-    const Image8 picture = to_bytes(composite(rendered.rgba, known ? set->avatar.plate : Image8{}));
+    const Image8 picture = to_bytes(composite(rendered.rgba, plate_behind(*set, frame, *camera)));
     const TrainingView view{.camera = *camera, .pose = t->pose, .rgb = *truth};
     study.frames += compare_frame(*patches, patch_places(*model, rig.shape, view, patches->stride), *detector,
                                   *truth, picture, study.rows);

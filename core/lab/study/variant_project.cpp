@@ -9,12 +9,13 @@
 #include "core/capture/capture.h"
 #include "core/head/detail_maps.h"
 #include "core/lab/truth/track_study.h"
-#include "core/matte/matte.h"
+#include "core/matte/person_network.h"
 #include "core/project/corrections.h"
-#include "core/project/learn_room.h"
+#include "core/project/make_mattes.h"
 #include "core/project/project_detail.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
+#include "core/project/stage_inputs.h"
 #include "core/track/clip/track_clip.h"
 
 namespace likeness {
@@ -86,26 +87,9 @@ Result<void> share(const fs::path& from, const fs::path& to, std::initializer_li
   return {};
 }
 
-// Mattes as a build makes them, network and room included. read: the capture with this track.
-Result<void> matte(const Inputs& inputs, const fs::path& folder, const TrackedCapture& read,
-                   const Progress& progress, std::stop_token stop) {
-  auto strokes = read_corrections(inputs.project);
-  if (!strokes) return strokes.error();
-  Project work = inputs.project;
-  work.folder = folder;
-  MatteOptions options;
-  options.size = read.capture.size;
-  options.network = work.options.matte.matting_network;
-  options.strokes = std::move(*strokes);
-  options.learn_room = room_learner(work, work.options.shared.seed, read);
-  const auto matted =
-      matte_clip(folder, read.capture, read.cameras, read.track, inputs.model, options, progress, stop);
-  return matted ? Result<void>() : Result<void>(matted.error());
-}
-
 // The mattes from a track, made once for all variants that do not change it.
-Result<fs::path> make_mattes(const Inputs& inputs, const Track& track, const std::string& content,
-                             const fs::path& folder, const Progress& progress, std::stop_token stop) {
+Result<fs::path> mattes_of_track(const Inputs& inputs, const Track& track, const std::string& content,
+                                 const fs::path& folder, const Progress& progress, std::stop_token stop) {
   const fs::path path = folder / fmt::format("mattes-{}", hash_text(content).substr(0, 8));
   std::error_code failure;
   if (fs::exists(path, failure)) return path;
@@ -114,7 +98,10 @@ Result<fs::path> make_mattes(const Inputs& inputs, const Track& track, const std
   if (const auto shared = share(inputs.project.folder, part, {"frames", "regions"}); !shared)
     return shared.error();
   const TrackedCapture read{inputs.capture, inputs.cameras, track};
-  if (const auto matted = matte(inputs, part, read, progress, stop); !matted) return matted.error();
+  // Mattes as a build makes them, networks and room included.
+  const auto matted = make_mattes(inputs.project, stage_inputs(inputs.project.options).matte, part, read,
+                                  inputs.model, progress, stop);
+  if (!matted) return matted.error();
   fs::rename(part, path, failure);
   if (failure) return file_error(path, "write", failure.value());
   return path;
@@ -147,9 +134,11 @@ Result<Project> make_workplace(const Inputs& inputs, const fs::path& folder, con
 
 }  // namespace
 
-Result<Project> make_variant_project(const Project& project, const std::string& name,
+Result<Project> make_variant_project(const Project& studied, const std::string& name,
                                      const TrackVariant& variant, const fs::path& folder,
                                      const Progress& progress, std::stop_token stop) {
+  Project project = studied;
+  if (!variant.person_network) project.options.shared.person_network = "none";
   const auto inputs = load_inputs(project);
   if (!inputs) return inputs.error();
   if (const auto made = make_writable_folder(folder); !made) return made.error();
@@ -169,12 +158,14 @@ Result<Project> make_variant_project(const Project& project, const std::string& 
     if (!hash) return hash.error();
     maps = " maps " + *hash;
   }
-  const std::string corrections = corrections_hash(project) + project.options.matte.matting_network.string();
+  const std::string corrections = corrections_hash(project) + project.options.matte.matting_network.string() +
+                                  person_network_hash(project.options.shared.person_network);
   Result<fs::path> mattes = project.folder;
-  if (!variant.step.empty() || (variant.change != nullptr && !variant.same_mattes))
-    mattes = make_mattes(*inputs, *track,
-                         *track_hash + corrections + (variant.change != nullptr ? name : std::string()),
-                         folder, progress.stage(0.8, 1, "matte"), stop);
+  const bool others = variant.change != nullptr && !variant.same_mattes;
+  if (!variant.step.empty() || others || !variant.person_network)
+    mattes = mattes_of_track(*inputs, *track,
+                             *track_hash + corrections + (variant.change != nullptr ? name : std::string()),
+                             folder, progress.stage(0.8, 1, "matte"), stop);
   if (!mattes) return mattes.error();
   // Named by a hash of its inputs, so that it never holds anything made from others.
   const std::string content =

@@ -17,10 +17,11 @@ namespace likeness {
 struct TrackVariant {
   std::string step;  // the last step of the tracker (track_steps); empty: the project's own track
   void (*change)(Track& track, const HeadModel& model) = nullptr;  // what is taken out of it
-  bool same_mattes = false;  // what is taken out of the track leaves the mattes as they are
-  bool maps = true;          // with the project's detail maps, where it has any
+  bool same_mattes = false;    // what is taken out of the track leaves the mattes as they are
+  bool maps = true;            // with the project's detail maps, where it has any
+  bool person_network = true;  // mattes with the person network that the project chose
 
-  bool is_the_project_s() const { return step.empty() && change == nullptr && maps; }
+  bool is_the_project_s() const { return step.empty() && change == nullptr && maps && person_network; }
 };
 
 // The project must be imported, aligned and matted (regions/ frozen); its options give clip and head model,

@@ -17,6 +17,7 @@
 #include "core/base/quantile.h"
 #include "core/base/rigid.h"
 #include "core/camera/resect.h"
+#include "core/synth/demo_camera.h"
 #include "core/video/photos.h"
 
 namespace likeness {
@@ -46,12 +47,18 @@ void keep_moving_part(CameraSet& set) {
   cameras.resize(end);
 }
 
-Result<CameraTruth> read_demo_truth(const fs::path& folder) {
+Result<CameraTruth> read_demo_cameras(const fs::path& folder) {
   CameraTruth truth;
   auto cameras = read_cameras(folder / "cameras_truth.json");
   if (!cameras) return cameras.error();
+  auto demo = read_demo_truth(folder / "cameras_truth.json");
+  if (!demo) return demo.error();
   truth.input = folder / "demo.mp4";
   truth.cameras = std::move(*cameras);
+  truth.shots = std::move(demo->shots);
+  truth.kind = truth.cameras.kind;
+  if (demo->camera != DemoCamera::guided) return truth;
+  truth.kind = CameraKind::walking;
   keep_moving_part(truth.cameras);
   if (truth.cameras.cameras.size() < 3)
     return Error{ErrorCode::bad_input, "The camera rests throughout this demo: there is no path to measure.",
@@ -64,7 +71,8 @@ Result<CameraTruth> read_published_truth(const fs::path& folder) {
   if (!text) return text.error();
   CameraTruth truth;
   truth.photographs = true;
-  truth.cameras.is_static = false;
+  truth.kind = CameraKind::walking;
+  truth.cameras.kind = CameraKind::walking;
   truth.cameras.scale = CameraScale::arbitrary;
   try {
     const auto json = parse_json(*text);
@@ -117,7 +125,7 @@ double processor_seconds() {
 
 Result<CameraTruth> read_camera_truth(const fs::path& folder) {
   std::error_code ignored;
-  if (fs::exists(folder / "cameras_truth.json", ignored)) return read_demo_truth(folder);
+  if (fs::exists(folder / "cameras_truth.json", ignored)) return read_demo_cameras(folder);
   if (fs::exists(folder / "transforms.json", ignored)) return read_published_truth(folder);
   return no_truth(folder);
 }
@@ -126,7 +134,7 @@ std::optional<CameraErrors> compare_cameras(const CameraSet& found, const Camera
   CameraErrors errors;
   errors.wanted = int(truth.cameras.size());
   std::vector<std::pair<const Camera*, const Camera*>> pairs;  // found, true
-  if (!found.is_static)
+  if (!found.rests())
     for (const Camera& camera : truth.cameras)
       if (const Camera* ours = find_camera(found, camera.frame)) pairs.emplace_back(ours, &camera);
   errors.found = int(pairs.size());
@@ -186,7 +194,11 @@ Result<std::vector<CameraRow>> study_cameras(const CameraTruth& truth, const std
     row.masks = masks[i].name;
     row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     row.processor_seconds = processor_seconds() - processor;
-    if (aligned) row.errors = compare_cameras(aligned->cameras, truth.cameras);
+    if (aligned) {
+      row.kind = aligned->cameras.kind;
+      row.views = compare_views(aligned->cameras, truth.cameras, truth.shots);
+      if (truth.kind == CameraKind::walking) row.errors = compare_cameras(aligned->cameras, truth.cameras);
+    }
     row.outcome = aligned ? aligned->evidence : aligned.error().what + " " + aligned.error().fix;
     rows.push_back(std::move(row));
   }

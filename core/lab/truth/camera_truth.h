@@ -2,7 +2,8 @@
 // its photographs.
 //
 // A solve from pictures knows neither metre nor origin. So one similarity, the one that brings the found
-// centres nearest to the true ones, is taken out first; what is left is the solve's error.
+// centres nearest to the true ones, is taken out first; what is left is the solve's error. Of a camera that
+// goes nowhere only its views can be compared (core/lab/truth/view_truth.h).
 #pragma once
 
 #include <filesystem>
@@ -15,17 +16,22 @@
 #include "core/base/result.h"
 #include "core/camera/align.h"
 #include "core/camera/camera.h"
+#include "core/lab/truth/view_truth.h"
 
 namespace likeness {
 
 struct CameraTruth {
   std::filesystem::path input;  // the clip, or the folder of photographs
   bool photographs = false;
-  // Those of the moving part. frame: in the clip, or the photograph's place in the order of names.
+  // Those of the moving part of a guided film, all of others. frame: in the clip, or the photograph's place
+  // in the order of names.
   CameraSet cameras;
+  CameraKind kind = CameraKind::walking;  // what a perfect solve would show
+  std::vector<TrueShot> shots;            // of a demo with cuts
 };
 // folder: as `likeness demo` writes it, or with a transforms.json (NeRF's layout: world from camera, camera
-// axes x right, y up, z backwards) that names the photographs. Refuses a truth in which no camera moves.
+// axes x right, y up, z backwards) that names the photographs. Refuses a guided film in which no camera
+// moves.
 Result<CameraTruth> read_camera_truth(const std::filesystem::path& folder);
 
 struct CameraErrors {
@@ -42,8 +48,10 @@ struct CameraErrors {
 std::optional<CameraErrors> compare_cameras(const CameraSet& found, const CameraSet& truth);
 
 struct CameraRow {
-  std::string masks;  // by name
-  std::optional<CameraErrors> errors;
+  std::string masks;                   // by name
+  std::optional<CameraKind> kind;      // of the cameras found; nullopt: none were
+  std::optional<CameraErrors> errors;  // of the path, if there is one
+  std::optional<ViewErrors> views;
   std::string outcome;  // what the stage said: its evidence, or its failure with the remedy
   double seconds = 0, processor_seconds = 0;  // of the stage, programs it ran included
 };

@@ -7,9 +7,15 @@
 #include <cmath>
 #include <system_error>
 
+#include "core/base/files.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
 #include "core/image/files.h"
+#include "core/matte/person_network.h"
+#include "core/project/make_mattes.h"
+#include "core/project/project_head_model.h"
+#include "core/project/project_views.h"
+#include "core/project/stage_inputs.h"
 #include "core/scene/track.h"
 
 namespace likeness {
@@ -41,13 +47,18 @@ std::vector<std::uint8_t> border_of(const Image8& truth) {
   return border;
 }
 
+bool same_view(const Camera& a, const Camera& b) {
+  const Intrinsics &k = a.intrinsics, &l = b.intrinsics;
+  return a.cam_from_world.isApprox(b.cam_from_world, 1e-9) && k.fx == l.fx && k.cx == l.cx && k.cy == l.cy;
+}
+
 // Whether the camera rests at a frame: a neighbouring frame has the same true camera.
 bool rests(const CameraSet& truth, int frame) {
-  if (truth.is_static) return true;
+  if (truth.rests()) return true;
   const Camera* own = find_camera(truth, frame);
   for (const int other : {frame - 1, frame + 1}) {
     const Camera* beside = find_camera(truth, other);
-    if (own && beside && own->cam_from_world.isApprox(beside->cam_from_world, 1e-9)) return true;
+    if (own && beside && same_view(*own, *beside)) return true;
   }
   return false;
 }
@@ -84,15 +95,19 @@ MatteErrors compare_mattes(const Image8& found, const Image8& truth, double hair
   return errors;
 }
 
-Result<std::vector<MatteRow>> study_mattes(const Project& project, const fs::path& demo,
-                                           const Progress& progress, std::stop_token stop) {
+namespace {
+
+// masks: the folder of the mattes that are compared.
+Result<std::vector<MatteRow>> compare_masks(const Project& project, const fs::path& masks,
+                                            const fs::path& demo, const std::string& network,
+                                            const Progress& progress, std::stop_token stop) {
   const auto capture = read_capture(capture_path(project));
   if (!capture) return capture.error();
   const auto cameras = read_cameras(demo / "cameras_truth.json");
   if (!cameras) return cameras.error();
   const auto track = read_track(demo / "track_truth.json");
   if (!track) return track.error();
-  MatteRow moving{"camera moves"}, resting{"camera rests"}, held_out{"held out"};
+  MatteRow moving{network, "camera moves"}, resting{network, "camera rests"}, held_out{network, "held out"};
   const SquareCrop& square = capture->crop;
   std::size_t done = 0;
   for (const CaptureFrame& frame : capture->frames) {
@@ -100,13 +115,14 @@ Result<std::vector<MatteRow>> study_mattes(const Project& project, const fs::pat
     progress.report(double(++done) / double(capture->frames.size()), fmt::format("frame {}", frame.frame));
     const fs::path name = frame_name(frame.frame).filename();
     std::error_code ignored;
-    if (!fs::exists(project.folder / "masks" / name, ignored)) continue;  // refused, or its camera was lost
-    const auto found = read_image(project.folder / "masks" / name);
+    if (!fs::exists(masks / name, ignored)) continue;  // refused, or its camera was lost
+    const auto found = read_image(masks / name);
     if (!found) return found.error();
     const auto whole = read_image(demo / "masks_truth" / fmt::format("{:06d}.png", frame.frame));
     if (!whole) return whole.error();
-    const Image8 truth =
+    Image8 truth =
         resize(crop(*whole, square.x, square.y, square.side, square.side), found->width, found->height);
+    fill_outside(truth, capture->inside, 0);  // as in the matte: not known
     const TrackedFrame* tracked = find_tracked(*track, frame.frame);
     if (!tracked) continue;
     const double ears = 0.5 * (tracked->landmarks[0].y() + tracked->landmarks[16].y());
@@ -128,6 +144,36 @@ Result<std::vector<MatteRow>> study_mattes(const Project& project, const fs::pat
                  project.folder.string()};
   progress.report(1);
   return rows;
+}
+
+}  // namespace
+
+Result<std::vector<MatteRow>> study_mattes(const Project& project, const fs::path& demo,
+                                           const Progress& progress, std::stop_token stop) {
+  return compare_masks(project, project.folder / "masks", demo, "as it is", progress, stop);
+}
+
+Result<std::vector<MatteRow>> study_mattes_again(const Project& project, const fs::path& demo,
+                                                 const std::string& network, const fs::path& folder,
+                                                 const Progress& progress, std::stop_token stop) {
+  MatteInputs inputs = stage_inputs(project.options).matte;
+  inputs.choices.matting_network.clear();
+  if (network == "none") inputs.person_network = "none";
+  if (network == "person" && person_network_hash(inputs.person_network).empty())
+    return Error{ErrorCode::missing_dependency, "There is no person network to make mattes with.",
+                 "Run packaging/networks in the checkout, or name another network.", project.folder.string()};
+  const auto read = read_tracked_capture(project);
+  if (!read) return read.error();
+  const auto model = head_model_at(inputs.head_model);
+  if (!model) return model.error();
+  if (const auto made = make_writable_folder(folder); !made) return made.error();
+  std::error_code failure;
+  fs::create_directory_symlink(fs::absolute(project.folder / "frames"), folder / "frames", failure);
+  if (failure) return file_error(folder, "write", failure.value());
+  const auto made =
+      make_mattes(project, inputs, folder, *read, *model, progress.stage(0, 0.95, "mattes"), stop);
+  if (!made) return made.error();
+  return compare_masks(project, folder / "masks", demo, network, progress.stage(0.95, 1, "truth"), stop);
 }
 
 }  // namespace likeness

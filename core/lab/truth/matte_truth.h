@@ -24,7 +24,8 @@ struct MatteErrors {
 MatteErrors compare_mattes(const Image8& found, const Image8& truth, double hair_above);
 
 struct MatteRow {
-  std::string part;  // "camera moves", "camera rests", "held out"
+  std::string network;  // what they were made with: "as it is" (the project's own), "person", "none"
+  std::string part;     // "camera moves", "camera rests", "held out"
   int frames = 0;
   double iou_mean = 0, iou_worst = 1;
   int worst_frame = -1;
@@ -33,5 +34,14 @@ struct MatteRow {
 // demo: the folder that `likeness demo` wrote and whose clip the project imported.
 Result<std::vector<MatteRow>> study_mattes(const Project& project, const std::filesystem::path& demo,
                                            const Progress& progress, std::stop_token stop);
+
+// The same of mattes that are made again in `folder` from the project's track, without a matting network:
+// with the person network that the project chose ("person"; missing_dependency where there is none) or
+// without
+// ("none"). Takes as long as the matte stage.
+Result<std::vector<MatteRow>> study_mattes_again(const Project& project, const std::filesystem::path& demo,
+                                                 const std::string& network,
+                                                 const std::filesystem::path& folder,
+                                                 const Progress& progress, std::stop_token stop);
 
 }  // namespace likeness

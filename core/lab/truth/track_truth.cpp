@@ -163,17 +163,17 @@ Result<TrackTruth> read_track_truth(const fs::path& folder) {
   return truth;
 }
 
-double shape_error(const HeadModel& model, const PersonShape& fitted, const HeadModel& truth_model,
-                   const PersonShape& truth, const TruthAlignment& alignment) {
-  const HeadRegions regions = head_regions(model);
-  std::vector<std::uint8_t> face_skin(model.triangles.size());
-  for (std::size_t t = 0; t < face_skin.size(); ++t) face_skin[t] = regions.face[t] && regions.skin[t];
+namespace {
+
+// Distance of these vertices of the fitted head, aligned, to the true head's skin at rest, rms, m.
+double distance_to_truth(const std::vector<Vec3f>& vertices, const std::vector<int>& chosen,
+                         const HeadModel& truth_model, const PersonShape& truth,
+                         const TruthAlignment& alignment) {
   const MeshScene surface(shape_head(truth_model, truth).vertices,
                           region_triangles(truth_model, head_regions(truth_model).skin));
-  const std::vector<Vec3f> vertices = shape_head(model, fitted).vertices;
   double sum = 0;
   int count = 0;
-  for (const int v : region_vertices(model, face_skin)) {
+  for (const int v : chosen) {
     const Vec3d at = alignment.truth_head_from_head * Vec3d(alignment.scale * vertices[v].cast<double>());
     const auto nearest = surface.closest(at.cast<float>());
     if (!nearest) continue;
@@ -181,6 +181,38 @@ double shape_error(const HeadModel& model, const PersonShape& fitted, const Head
     ++count;
   }
   return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+std::vector<int> face_vertices(const HeadModel& model) {
+  const HeadRegions regions = head_regions(model);
+  std::vector<std::uint8_t> face_skin(model.triangles.size());
+  for (std::size_t t = 0; t < face_skin.size(); ++t) face_skin[t] = regions.face[t] && regions.skin[t];
+  return region_vertices(model, face_skin);
+}
+
+}  // namespace
+
+double shape_error(const HeadModel& model, const PersonShape& fitted, const HeadModel& truth_model,
+                   const PersonShape& truth, const TruthAlignment& alignment) {
+  return distance_to_truth(shape_head(model, fitted).vertices, face_vertices(model), truth_model, truth,
+                           alignment);
+}
+
+RestError rest_error(const HeadModel& model, const PersonShape& fitted, const Articulation& neutral,
+                     const HeadModel& truth_model, const PersonShape& truth,
+                     const TruthAlignment& alignment) {
+  constexpr float kMouth = 0.010f;  // m around the lips' landmarks
+  const std::vector<Vec3f> posed = pose_head(model, shape_head(model, fitted), neutral);
+  const auto own = landmark_positions(model, posed),
+             true_ones = landmark_positions(truth_model, shape_head(truth_model, truth).vertices);
+  std::vector<int> mouth = face_vertices(model);
+  std::erase_if(mouth, [&](int v) {
+    return std::none_of(own.begin() + 48, own.end(),
+                        [&](const Vec3f& p) { return (p - posed[std::size_t(v)]).norm() < kMouth; });
+  });
+  return {1000 * distance_to_truth(posed, mouth, truth_model, truth, alignment),
+          1000 * (alignment.scale * double((own[54] - own[48]).norm()) -
+                  double((true_ones[54] - true_ones[48]).norm()))};
 }
 
 Result<TruthComparison> compare_with_truth(const Track& estimate, const HeadModel& model,
@@ -213,6 +245,10 @@ Result<TruthComparison> compare_with_truth(const Track& estimate, const HeadMode
   const ActionBasis truth_basis = action_basis(truth.model), basis = action_basis(model);
   result.shape_rms_mm =
       1000 * shape_error(model, estimate.person, truth.model, truth.track.person, result.alignment);
+  const bool calibrated = estimate.neutral.expression.size() == model.expression_count();
+  result.rest =
+      rest_error(model, estimate.person, calibrated ? estimate.neutral : neutral_articulation(model),
+                 truth.model, truth.track.person, result.alignment);
   result.training.pose = pose_errors(training, result.alignment, eyes);
   result.training.correlations = correlations(training, truth_basis, basis);
   result.held_out.pose = pose_errors(tested, result.alignment, eyes);

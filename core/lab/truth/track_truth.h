@@ -51,10 +51,18 @@ struct TruthScore {
   std::vector<TruthCorrelation> correlations;
 };
 
+// The resting face that a track found, beside the true person's with expression zero; the fitted head is
+// brought there by the alignment.
+struct RestError {
+  double mouth_rms_mm = 0;  // distance of the mouth's skin to the true surface, rms over the fitted vertices
+  double mouth_width_mm = 0;  // between the corners of the mouth, minus the true one
+};
+
 struct TruthComparison {
   TruthAlignment alignment;
   TruthScore training, held_out;
-  double shape_rms_mm = 0;  // of the face at rest, see shape_error
+  double shape_rms_mm = 0;  // of the face with expression zero, see shape_error
+  RestError rest;           // of the resting face that was found
 };
 
 // Pearson's; absent with fewer than 5 frames or where the truth hardly moves.
@@ -67,6 +75,10 @@ const std::vector<std::string>& compared_actions();
 // rms over the fitted vertices, m. The fitted head is brought there by the alignment.
 double shape_error(const HeadModel& model, const PersonShape& fitted, const HeadModel& truth_model,
                    const PersonShape& truth, const TruthAlignment& alignment);
+
+// neutral: as the track has it. The mouth is the face's skin within 10 mm of the lips' landmarks.
+RestError rest_error(const HeadModel& model, const PersonShape& fitted, const Articulation& neutral,
+                     const HeadModel& truth_model, const PersonShape& truth, const TruthAlignment& alignment);
 
 // estimate: tracked with the truth's cameras. model: the estimate's.
 Result<TruthComparison> compare_with_truth(const Track& estimate, const HeadModel& model,

@@ -6,7 +6,9 @@
 
 #include "core/base/parallel.h"
 #include "core/base/parallel_batches.h"
+#include "core/base/quantile.h"
 #include "core/face/observe_face.h"
+#include "core/track/fit/choose_rest.h"
 #include "core/track/frame_spacing.h"
 #include "core/track/photo/brow_line.h"
 #include "core/track/photo/face_look.h"
@@ -136,6 +138,47 @@ Result<void> watch_lids(const HeadModel& model, ClipWork& work, std::stop_token 
     observe_lids(read->frames[i], read->usual_gap_m, &work.faces[i].observation);
   work.lids = std::move(read->frames);
   return {};
+}
+
+void find_rest(const TrackOptions& options, ClipWork& work) {
+  constexpr double kAgrees =
+      0.4;  // of the face's look (frame_verdict.cpp): what covers a face is no expression
+  const ReducedPerson person = reduced_person(work.head, work.identity);
+  std::vector<RestFrame> frames(work.faces.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const FaceFrame& face = work.faces[i];
+    frames[i].frame = face.frame;
+    frames[i].time_s = work.clip.frames[i].time_s;
+    if (!face.seen || face.held_out) continue;
+    frames[i].usable = work.look.empty() || work.look[i] >= kAgrees;
+    frames[i].face = measure_face(work.head, person, face.observation, face.state.cam_from_head);
+    if (work.lids.empty()) continue;
+    for (const LidOpening& lid : work.lids[i]) {
+      if (!lid.known || (frames[i].lids_known && lid.opening > frames[i].lids)) continue;
+      frames[i].lids_known = true;
+      frames[i].lids = lid.opening;
+    }
+  }
+  work.rest = choose_rest(frames, usual_mouth(work.head), options.rest_frames);
+  for (FaceFrame& face : work.faces) face.rest = std::ranges::binary_search(work.rest.frames, face.frame);
+}
+
+void leave_out_parted(ClipWork& work) {
+  constexpr double kApart = 0.0015;  // m beyond the rest's own: the error of a reading of closed lips
+  if (work.rest.asked) return;
+  std::vector<double> gaps;
+  std::vector<int> parted;
+  const auto for_each_read = [&](auto&& use) {
+    for (const FaceFrame& face : work.faces)
+      if (face.rest && face.observation.lips.known) use(face, face.observation.lips);
+  };
+  for_each_read([&](const FaceFrame&, const LipEvidence& lips) { gaps.push_back(lips.gap_m); });
+  const double usual = median(gaps);
+  for_each_read([&](const FaceFrame& face, const LipEvidence& lips) {
+    if (lips.gap_m > usual + kApart + 2 * lips.sigma_m) parted.push_back(face.frame);
+  });
+  std::erase_if(work.rest.frames, [&](int frame) { return std::ranges::binary_search(parted, frame); });
+  for (FaceFrame& face : work.faces) face.rest = std::ranges::binary_search(work.rest.frames, face.frame);
 }
 
 Result<void> measure_eyes(const HeadModel& model, ClipWork& work, const Progress& progress,

@@ -34,6 +34,7 @@ struct ClipWork {
   std::vector<std::optional<Gaze>> gaze;
   std::vector<OpticalVerdict> optical;  // empty before the landmarks were followed
   std::vector<LidOpenings> lids;        // by the pixels; empty before they were read
+  RestChoice rest;                      // frames of the resting face; empty before they were chosen
   std::vector<double> look;             // agreement with the person's other frames; empty before it is known
   ReducedHead head;
   ExpressionPrior prior;
@@ -66,6 +67,11 @@ Result<void> cross_check(ClipWork& work, const Progress& progress, std::stop_tok
 Result<void> find_lost_brows(ClipWork& work, std::stop_token stop);
 // How far the lids are open, by the pixels; evidence for every fit from here on.
 Result<void> watch_lids(const HeadModel& model, ClipWork& work, std::stop_token stop);
+// Which training frames show the person at rest (choose_rest.h), by landmarks and lids as they are now; the
+// fits' frames are marked accordingly.
+void find_rest(const TrackOptions& options, ClipWork& work);
+// Leaves out those found in which the lips are further apart than in the others, by the pixels.
+void leave_out_parted(ClipWork& work);
 // Where the eyes look.
 Result<void> measure_eyes(const HeadModel& model, ClipWork& work, const Progress& progress,
                           std::stop_token stop);

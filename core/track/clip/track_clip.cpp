@@ -144,7 +144,7 @@ Result<void> check_alone(const ClipFrames& clip, const std::filesystem::path& vi
 }
 
 std::optional<double> find_scale(const CameraSet& cameras, const ClipWork& work) {
-  if (cameras.is_static || cameras.scale == CameraScale::metric) return 1;
+  if (cameras.rests() || cameras.scale == CameraScale::metric) return 1;
   std::vector<HeadSighting> sightings;
   for (std::size_t i = 0; i < work.faces.size(); ++i)
     if (work.faces[i].seen && !work.faces[i].held_out)
@@ -226,7 +226,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
     return fitted.error();
   clock.lap("fit");
   if (options.dense) {
-    if (auto dense = refine_poses(model, options, cameras.is_static, work,
+    if (auto dense = refine_poses(model, options, cameras.rests(), work,
                                   progress.stage(0.45, 0.75, "dense head"), stop);
         !dense)
       return dense.error();
@@ -242,6 +242,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
     clock.lap("brows");
     if (auto watched = watch_lids(model, work, stop); !watched) return watched.error();
     clock.lap("lids");
+    find_rest(options, work);
     if (auto fitted =
             fit_faces(work.prior, person_known, work, progress.stage(0.87, 0.89, "second fit"), stop);
         !fitted)
@@ -253,7 +254,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
       clock.lap("own shape");
     }
     auto settled = fit_from_rest(model, work.head, work.identity, work.prior, {.spacing = work.spacing},
-                                 work.faces, progress.stage(0.9, 0.91, "rest"), stop);
+                                 work.faces, progress.stage(0.9, 0.91, "rest"), stop, work.rest.trust);
     if (!settled) return settled.error();
     work.prior = std::move(*settled);
     clock.lap("rest");
@@ -275,7 +276,9 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   track.metre_known = scale.has_value();
   track.metres_per_unit = scale.value_or(1.0);
   track.frames = describe_frames(work, model, track.metres_per_unit);
-  track.neutral = calibrate_neutral(model, track.frames, held_out);
+  leave_out_parted(work);
+  track.rest = work.rest;
+  track.neutral = calibrate_neutral(model, track.frames, held_out, track.rest);
   if (auto torso = add_torso(work, model, track, progress.stage(0.96, 1, "torso"), stop); !torso)
     return torso.error();
   clock.lap("torso");

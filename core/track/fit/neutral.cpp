@@ -123,6 +123,19 @@ std::vector<float> face_weights(const Signs& signs) {
   return weights;
 }
 
+// Expression and jaw of a face that was chosen frame by frame.
+void read_rest(const std::vector<const TrackedFrame*>& frames, double trust, Articulation& neutral) {
+  std::vector<float> values;
+  const auto middle = [&](auto&& value) {
+    values.clear();
+    for (const TrackedFrame* frame : frames) values.push_back(value(frame->pose.articulation));
+    return float(trust) * median(values);
+  };
+  for (Eigen::Index e = 0; e < neutral.expression.size(); ++e)
+    neutral.expression[e] = middle([&](const Articulation& a) { return a.expression[e]; });
+  for (int k = 0; k < 3; ++k) neutral.jaw[k] = middle([&](const Articulation& a) { return a.jaw[k]; });
+}
+
 // How far each frame's head is turned from the usual: their chordal mean, rad.
 std::vector<double> turns_from_usual(const std::vector<const TrackedFrame*>& frames) {
   std::vector<Mat3d> rotations;
@@ -137,12 +150,13 @@ std::vector<double> turns_from_usual(const std::vector<const TrackedFrame*>& fra
 }  // namespace
 
 Articulation calibrate_neutral(const HeadModel& model, std::span<const TrackedFrame> frames,
-                               const std::set<int>& held_out) {
+                               const std::set<int>& held_out, const RestChoice& rest) {
   Articulation neutral = neutral_articulation(model);
-  std::vector<const TrackedFrame*> chosen, usable;
+  std::vector<const TrackedFrame*> chosen, usable, resting;
   for (const TrackedFrame& frame : frames) {
     if (held_out.contains(frame.frame) || frame.status == FrameStatus::lost) continue;
     usable.push_back(&frame);
+    if (std::ranges::binary_search(rest.frames, frame.frame)) resting.push_back(&frame);
     if (frame.status == FrameStatus::good) chosen.push_back(&frame);
   }
   if (chosen.size() < kFewestFrames) chosen = usable;
@@ -154,13 +168,14 @@ Articulation calibrate_neutral(const HeadModel& model, std::span<const TrackedFr
       samples[i] = {value(chosen[i]->pose.articulation), weight[i]};
     return mode_of(samples);
   };
-  for (Eigen::Index e = 0; e < neutral.expression.size(); ++e)
+  if (!resting.empty()) read_rest(resting, rest.trust, neutral);
+  for (Eigen::Index e = 0; resting.empty() && e < neutral.expression.size(); ++e)
     neutral.expression[e] = mode(weights, [&](const Articulation& a) { return a.expression[e]; });
   std::vector<float> facing = weights;
   const std::vector<double> turns = turns_from_usual(chosen);
   for (std::size_t i = 0; i < facing.size(); ++i) facing[i] *= falling(float(turns[i]), float(kFacing));
   for (int k = 0; k < 3; ++k) {
-    neutral.jaw[k] = mode(weights, [&](const Articulation& a) { return a.jaw[k]; });
+    if (resting.empty()) neutral.jaw[k] = mode(weights, [&](const Articulation& a) { return a.jaw[k]; });
     neutral.left_eye[k] = mode(facing, [&](const Articulation& a) { return a.left_eye[k]; });
     neutral.right_eye[k] = mode(facing, [&](const Articulation& a) { return a.right_eye[k]; });
   }

@@ -9,12 +9,15 @@ namespace {
 
 constexpr int kRounds = 2;  // the second rest is estimated from states that already count from the first
 
-Eigen::VectorXd rest_of(const HeadModel& model, const std::vector<FaceFrame>& frames) {
+Eigen::VectorXd rest_of(const HeadModel& model, const std::vector<FaceFrame>& frames, double trust) {
+  RestChoice rest;
+  rest.trust = trust;
   std::vector<TrackedFrame> shown;
   std::set<int> held_out;
   for (const FaceFrame& frame : frames) {
     if (!frame.seen) continue;
     if (frame.held_out) held_out.insert(frame.frame);
+    if (frame.rest) rest.frames.push_back(frame.frame);
     TrackedFrame& out = shown.emplace_back();
     out.frame = frame.frame;
     out.pose.world_from_head = frame.state.cam_from_head;
@@ -22,7 +25,7 @@ Eigen::VectorXd rest_of(const HeadModel& model, const std::vector<FaceFrame>& fr
     out.pose.articulation.expression = frame.state.expression.cast<float>();
     out.pose.articulation.jaw.x() = static_cast<float>(frame.state.jaw);
   }
-  return calibrate_neutral(model, shown, held_out).expression.cast<double>();
+  return calibrate_neutral(model, shown, held_out, rest).expression.cast<double>();
 }
 
 }  // namespace
@@ -37,12 +40,12 @@ ExpressionPrior prior_from_rest(const ExpressionPrior& usual, const Eigen::Vecto
 Result<ExpressionPrior> fit_from_rest(const HeadModel& model, const ReducedHead& head,
                                       const Eigen::VectorXd& identity, const ExpressionPrior& usual,
                                       const ClipFitOptions& options, std::vector<FaceFrame>& frames,
-                                      const Progress& progress, std::stop_token stop) {
+                                      const Progress& progress, std::stop_token stop, double trust) {
   ExpressionPrior prior = usual;
   for (int round = 0; round < kRounds; ++round) {
     const Progress part =
         progress.stage(double(round) / kRounds, double(round + 1) / kRounds, "expressions from rest");
-    prior = prior_from_rest(usual, rest_of(model, frames));
+    prior = prior_from_rest(usual, rest_of(model, frames, trust));
     if (auto fitted = fit_states(head, identity, prior, options, frames, part, stop); !fitted)
       return fitted.error();
   }

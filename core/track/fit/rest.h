@@ -20,11 +20,12 @@ namespace likeness {
 // usual: the model's prior, not specific to a person. rest: (E).
 ExpressionPrior prior_from_rest(const ExpressionPrior& usual, const Eigen::VectorXd& rest);
 
-// Fits every frame's state again, from the states given, counted from the rest that the training frames show
-// (neutral.h); returns the prior for later fits. Costs two fits of all frames.
+// Fits every frame's state again, from the states given, counted from the rest that the frames marked as such
+// show, or, where none is, all training frames (neutral.h); returns the prior for later fits. trust: see
+// RestChoice. Costs two fits of all frames.
 Result<ExpressionPrior> fit_from_rest(const HeadModel& model, const ReducedHead& head,
                                       const Eigen::VectorXd& identity, const ExpressionPrior& usual,
                                       const ClipFitOptions& options, std::vector<FaceFrame>& frames,
-                                      const Progress& progress, std::stop_token stop);
+                                      const Progress& progress, std::stop_token stop, double trust = 1);
 
 }  // namespace likeness

@@ -183,6 +183,7 @@ class ClipRefiner {
     const auto mouth =
         read_mouth(model_, head_, landmark_person_, surface_, appearance_, picture, turn, state);
     if (!mouth) return state;
+    faces_[i].observation.lips = mouth->lips;  // for whoever asks how the face looked
     const FaceState shut = with_jaw(model_, state, 0);
     const double least = lip_gap(head_, landmark_person_, shut);
     if (std::abs(fitted - mouth->lips.gap_m) > kFarSigmas * mouth->lips.sigma_m)

@@ -117,7 +117,7 @@ TEST_F(AlignMovingClip, RecoversThePathUpToASimilarityAndSharesThePoseOfTheRest)
   ASSERT_TRUE(result.ok()) << result.error().what;
   EXPECT_TRUE(rising);
   EXPECT_DOUBLE_EQ(fraction, 1);
-  EXPECT_FALSE(result->cameras.is_static);
+  EXPECT_FALSE(result->cameras.rests());
   EXPECT_EQ(result->cameras.scale, CameraScale::arbitrary);
   EXPECT_EQ(result->frames, kFrames);
   EXPECT_GE(result->registered, kFrames * 9 / 10);

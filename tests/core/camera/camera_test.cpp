@@ -74,7 +74,7 @@ TEST(FindCamera, StaticSetServesEveryFrameAndMovingSetOnlyItsOwn) {
   EXPECT_EQ(find_camera(fixed, 0), &fixed.cameras[0]);
   EXPECT_EQ(find_camera(fixed, 12345), &fixed.cameras[0]);
   CameraSet moving;
-  moving.is_static = false;
+  moving.kind = CameraKind::walking;
   for (int frame : {2, 3, 7}) moving.cameras.push_back({frame, phone_lens(), Pose::Identity()});
   ASSERT_NE(find_camera(moving, 7), nullptr);
   EXPECT_EQ(find_camera(moving, 7)->frame, 7);

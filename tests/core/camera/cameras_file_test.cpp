@@ -32,14 +32,14 @@ Camera some_camera(int frame) {
 TEST(CamerasFile, KeepsEveryNumberBitForBit) {
   Folder folder;
   CameraSet set;
-  set.is_static = false;
+  set.kind = CameraKind::walking;
   set.scale = CameraScale::arbitrary;
   set.reprojection_px = 1.0 / 3;
   for (int frame : {0, 1, 5}) set.cameras.push_back(some_camera(frame));
   ASSERT_TRUE(write_cameras(folder.path / "cameras.json", set).ok());
   const auto read = read_cameras(folder.path / "cameras.json");
   ASSERT_TRUE(read.ok()) << read.error().what;
-  EXPECT_FALSE(read->is_static);
+  EXPECT_FALSE(read->rests());
   EXPECT_EQ(read->scale, CameraScale::arbitrary);
   EXPECT_EQ(read->reprojection_px, set.reprojection_px);
   ASSERT_EQ(read->cameras.size(), 3u);
@@ -62,7 +62,7 @@ TEST(CamerasFile, ReadsAFileWithoutOptionalFields) {
       << R"("cam_from_world":[1,0,0,0.5, 0,1,0,0, 0,0,1,2]}]})";
   const auto read = read_cameras(folder.path / "bare.json");
   ASSERT_TRUE(read.ok()) << read.error().what;
-  EXPECT_FALSE(read->is_static);
+  EXPECT_FALSE(read->rests());
   EXPECT_EQ(read->cameras[0].cam_from_world.translation(), Vec3d(0.5, 0, 2));
 }
 

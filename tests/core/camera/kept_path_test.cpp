@@ -84,6 +84,7 @@ class KeptPath : public ::testing::Test {
     auto motion = meter.finish();
     EXPECT_TRUE(motion.ok());
     EXPECT_TRUE(keep_motion(kept, motion_inputs(hash, options), *motion).ok());
+    EXPECT_TRUE(keep_background(kept, motion_inputs(hash, options), meter.take_pictures()).ok());
     if (!needs_path(*motion, options)) return *motion;
     auto pictures = PathPictures::create(kept, hash, *motion, middle_mask, options);
     EXPECT_TRUE(pictures.ok()) << pictures.error().what;
@@ -160,7 +161,7 @@ TEST_F(KeptPath, ARestingCamerasClipIsNotDecodedAgain) {
   AlignOptions options = path_options();
   const auto alone = align_clip(video, middle_mask, folder_ / "work", options, {}, {});
   ASSERT_TRUE(alone.ok()) << alone.error().what;
-  ASSERT_TRUE(alone->cameras.is_static);
+  ASSERT_TRUE(alone->cameras.rests());
   keep(video, options);
   options.kept = folder_ / "kept";
   const std::int64_t before = decoded_frames();
@@ -177,7 +178,7 @@ TEST_F(KeptPath, AMovingCamerasPathNeedsNoDecodingAndIsTheSameToTheBit) {
   AlignOptions options = path_options();
   const auto alone = align_clip(video, middle_mask, folder_ / "alone", options, {}, {});
   ASSERT_TRUE(alone.ok()) << alone.error().what;
-  ASSERT_FALSE(alone->cameras.is_static);
+  ASSERT_FALSE(alone->cameras.rests());
   keep(video, options);
   options.kept = folder_ / "kept";
   std::int64_t before = decoded_frames();

@@ -77,7 +77,7 @@ TEST(BackgroundMotion, AStaticCameraWithAMovingPersonIsStatic) {
   EXPECT_EQ(motion->rests[0].last, 59);
 
   const AlignResult result = align_or_throw(clip);
-  EXPECT_TRUE(result.cameras.is_static);
+  EXPECT_TRUE(result.cameras.rests());
   ASSERT_EQ(result.cameras.cameras.size(), 1u);
   const Camera& camera = result.cameras.cameras[0];
   EXPECT_EQ(camera.frame, -1);
@@ -96,7 +96,7 @@ TEST(Align, ARestingCameraHasTheLensThatTheFilmSpeaksOf) {
   if (std::system(command.c_str()) != 0) GTEST_SKIP() << "needs the ffmpeg program";
   for (const bool told : {true, false}) {
     AlignOptions options;
-    options.resting = told;
+    if (told) options.kind = CameraKind::resting;
     const auto result = align_clip(tagged, {}, clip.folder / "work", options, {}, {});
     ASSERT_TRUE(result.ok()) << result.error().what;
     EXPECT_DOUBLE_EQ(result->cameras.cameras[0].intrinsics.fx, 27.0 / 36 * kWidth);
@@ -142,7 +142,7 @@ TEST(BackgroundMotion, ATexturelessBackgroundCountsAsStaticAndSaysSo) {
     return picture;
   });
   const AlignResult result = align_or_throw(clip);
-  EXPECT_TRUE(result.cameras.is_static);
+  EXPECT_TRUE(result.cameras.rests());
   EXPECT_NE(result.evidence.find("too little texture"), std::string::npos) << result.evidence;
 }
 

@@ -72,6 +72,38 @@ TEST_F(CaptureFile, GivesBackExactlyWhatWasWritten) {
   EXPECT_EQ(held_out_frames(*read), std::set<int>{9});
 }
 
+TEST_F(CaptureFile, SaysWhatWasFilmedOfThePicturesOnlyWhereNotAllWas) {
+  Capture c = example();
+  ASSERT_TRUE(write_capture(path_, c));
+  EXPECT_EQ(read_text(path_)->find("inside"), std::string::npos);  // as in files from before it
+  EXPECT_TRUE(read_capture(path_)->inside.empty());
+  c.inside = {7, 0, 505, 500};
+  ASSERT_TRUE(write_capture(path_, c));
+  EXPECT_EQ(read_capture(path_)->inside, c.inside);
+  EXPECT_TRUE(read_capture(path_)->film.empty());
+  c.film = {0, 140, 1080, 1640};
+  ASSERT_TRUE(write_capture(path_, c));
+  EXPECT_EQ(read_capture(path_)->film, c.film);
+  EXPECT_EQ(tracked_part(c), (PixelRect{0, 140, 988, 900}));
+  for (const PixelRect wrong : {PixelRect{-1, 0, 20, 20}, {0, 500, 20, 20}, {3, 3, 2147483647, 5}}) {
+    c.inside = wrong;
+    ASSERT_TRUE(write_capture(path_, c));
+    const auto read = read_capture(path_);
+    ASSERT_FALSE(read);
+    EXPECT_THAT(read.error().what, HasSubstr("filmed"));
+  }
+}
+
+TEST(FilmedPart, IsTheWholePixelsThatTheFilmFills) {
+  const PixelRect film{0, 0, 400, 300};
+  EXPECT_TRUE(filmed_part({100, 20, 280}, film, 256).empty());
+  // 50 px above and below of 400: 32 of 256.
+  EXPECT_EQ(filmed_part({0, -50, 400}, film, 256), (PixelRect{0, 32, 256, 192}));
+  // A pixel that the film fills in part is left out on both sides.
+  EXPECT_EQ(filmed_part({0, -51, 400}, film, 256), (PixelRect{0, 33, 256, 191}));
+  EXPECT_EQ(filmed_part({-10, 0, 300}, film, 100), (PixelRect{4, 0, 96, 100}));
+}
+
 TEST_F(CaptureFile, RefusesOtherFilesWithTheReason) {
   ASSERT_TRUE(write_capture(path_, example()));
   const std::string good = *read_text(path_);

@@ -37,7 +37,7 @@ TEST(ChooseTrainingFrames, RefusesExactlyTheBlurredOnesAndSaysWhy) {
   const std::set<int> blurred = {0, 31, 90, 91, 150};
   for (const int i : blurred) frames[i].sharpness *= 0.3;
   hold_out_tail(frames, 0.1);
-  choose_training_frames(frames, faces_everywhere(200), {}, {});
+  choose_training_frames(frames, faces_everywhere(200), {}, {}, {});
   for (const CaptureFrame& f : frames) {
     EXPECT_EQ(f.used, !f.held_out && !blurred.contains(f.frame)) << f.frame;
     EXPECT_EQ(f.refused.empty(), f.held_out || f.used) << f.frame;
@@ -51,7 +51,7 @@ TEST(ChooseTrainingFrames, LeavesHeldOutFramesAloneHoweverBlurred) {
   for (auto& f : frames) {
     if (f.held_out) f.sharpness = f.frame % 2 ? 0 : 1;
   }
-  choose_training_frames(frames, faces_everywhere(50), {}, {.max_frames = 10});
+  choose_training_frames(frames, faces_everywhere(50), {}, {}, {.max_frames = 10});
   for (std::size_t i = 90; i < 100; ++i) {
     EXPECT_TRUE(frames[i].held_out);
     EXPECT_FALSE(frames[i].used);
@@ -63,7 +63,7 @@ TEST(ChooseTrainingFrames, ThinsEvenlyToTheLimit) {
   for (const int limit : {1, 7, 50, 99, 180, 500}) {
     auto frames = even_frames(200);
     hold_out_tail(frames, 0.1);
-    choose_training_frames(frames, faces_everywhere(200), {}, {.max_frames = limit});
+    choose_training_frames(frames, faces_everywhere(200), {}, {}, {.max_frames = limit});
     EXPECT_EQ(used(frames), std::min(limit, 180));
     int last = -1, largest = 0, smallest = 1000;
     for (const CaptureFrame& f : frames) {
@@ -85,7 +85,7 @@ TEST(ChooseTrainingFrames, ALivelyStretchKeepsMoreOfItsFramesThanAStillOne) {
   std::vector<float> change(3000, 0.2f);
   for (std::size_t i = 1800; i < 2700; ++i) change[i] = 3.0f;
   change[500] = 80;  // a cut is one step, not a movement
-  choose_training_frames(frames, faces_everywhere(3000), change, {.max_frames = 900});
+  choose_training_frames(frames, faces_everywhere(3000), change, {}, {.max_frames = 900});
   EXPECT_EQ(used(frames), 900);
   const auto kept = [&](std::size_t from, std::size_t to) {
     return std::count_if(frames.begin() + long(from), frames.begin() + long(to),
@@ -102,7 +102,7 @@ TEST(ChooseTrainingFrames, OfFramesThatMayStandForEachOtherTheSharpestStays) {
   auto frames = even_frames(3000);
   for (std::size_t i = 0; i < frames.size(); i += 3) frames[i].sharpness = 130;
   hold_out_tail(frames, 0.1);
-  choose_training_frames(frames, faces_everywhere(3000), {}, {.max_frames = 900});
+  choose_training_frames(frames, faces_everywhere(3000), {}, {}, {.max_frames = 900});
   int sharp = 0;
   for (const CaptureFrame& f : frames) sharp += f.used && f.sharpness > 120;
   EXPECT_EQ(used(frames), 900);
@@ -117,7 +117,7 @@ TEST(ChooseTrainingFrames, RefusesStretchesWithoutAFaceButBridgesShortGaps) {
     if (s.frame >= 120 && s.frame < 245) s.face.reset();  // five seconds
   }
   hold_out_tail(frames, 0.1);
-  choose_training_frames(frames, samples, {}, {});
+  choose_training_frames(frames, samples, {}, {}, {});
   for (int i = 45; i < 80; ++i) EXPECT_TRUE(frames[i].used) << i;
   for (int i = 160; i < 200; ++i) {
     EXPECT_FALSE(frames[i].used) << i;

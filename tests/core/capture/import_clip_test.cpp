@@ -18,6 +18,7 @@
 #include "core/image/files.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
+#include "tests/core/capture/demo_film.h"
 
 namespace likeness {
 namespace {
@@ -169,6 +170,81 @@ TEST_F(ImportFace, WritesTheCropOfUsedAndHeldOutFrames) {
   EXPECT_EQ(entries(), pictures + 1);  // and the folder frames/ itself: nothing temporary remains
 }
 
+// A film so low that the heads, which go from left to right, do not fit into a square within it.
+TEST_F(ImportClip, WhatTheCropShowsBeyondTheFilmIsPlainAndSaidToBeUnknown) {
+  constexpr int kWidth = 480, kHeight = 136, kTop = 22;
+  std::vector<Image8> frames;
+  for (std::size_t i = 0; i < test::demo_pictures().size(); ++i) {
+    const Image8& person = test::demo_pictures()[i];
+    Image8 frame(kWidth, kHeight, 3);
+    const int x0 = int(i) * (kWidth - test::kDemoSide) / (test::kDemoFrames - 1);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        std::copy_n(person.at(std::clamp(x - x0, 0, test::kDemoSide - 1), y + kTop), 3, frame.at(x, y));
+    frames.push_back(std::move(frame));
+  }
+  write_video(folder_ / "a.mp4", frames);
+  const auto capture = import(folder_ / "a.mp4", {.size = 128});
+  ASSERT_TRUE(capture) << capture.error().what;
+  const SquareCrop& c = capture->crop;
+  ASSERT_GT(c.side, kHeight);
+  EXPECT_LT(c.y, 0);
+  EXPECT_EQ(capture->inside, filmed_part(c, {0, 0, kWidth, kHeight}, 128));
+  EXPECT_EQ(capture->inside.width, 128);
+  EXPECT_LT(capture->inside.height, 128);
+  for (const CaptureFrame& frame : capture->frames) {
+    if (!frame.used && !frame.held_out) continue;
+    const auto picture = read_image(folder_ / "project" / frame_name(frame.frame));
+    ASSERT_TRUE(picture);
+    Image8 plain = *picture;
+    fill_outside(plain, capture->inside, kUnfilmed);
+    ASSERT_EQ(picture->data, plain.data) << frame.frame;
+  }
+}
+
+// Bars all round the film: black above and below, and a blurred copy, with another face, on both sides.
+TEST_F(ImportClip, OnlyTheFilmWithinItsBarsIsLookedAt) {
+  constexpr int kSide = test::kDemoSide, kX = 100, kY = 30, kWidth = kSide + 2 * kX, kHeight = kSide + 2 * kY;
+  std::vector<Image8> frames;
+  for (const Image8& person : test::demo_pictures()) {
+    const Image8 blurred = resize(resize(person, 14, 14), kWidth, kWidth);
+    Image8 frame(kWidth, kHeight, 3);
+    for (int y = 0; y < kSide; ++y) {
+      std::copy_n(blurred.at(0, y + (kWidth - kSide) / 2), 3 * kWidth, frame.at(0, kY + y));
+      std::copy_n(person.at(0, y), 3 * kSide, frame.at(kX, kY + y));
+    }
+    frames.push_back(std::move(frame));
+  }
+  write_video(folder_ / "a.mp4", frames);
+  ImportListeners listeners;
+  std::vector<PixelRect> films;
+  PixelRect seen;
+  listeners.looking = [&](const VideoInfo& info,
+                          const PixelRect& film) -> Result<std::vector<FrameListener>> {
+    films.push_back(film);
+    EXPECT_EQ(info.width, film.empty() ? kWidth : film.width);
+    return std::vector<FrameListener>{{VideoPixels::rgb, [&](const VideoFrame& frame) {
+                                         seen = {0, 0, frame.rgb.width, frame.rgb.height};
+                                         return Result<void>();
+                                       }}};
+  };
+  const auto capture =
+      import_clip(folder_ / "a.mp4", folder_ / "project", {.size = 128}, listeners, Progress(), {});
+  ASSERT_TRUE(capture) << capture.error().what;
+  const PixelRect truth{kX, kY, kSide, kSide}, &film = capture->film;
+  EXPECT_EQ(common_part(film, truth), film);
+  EXPECT_GE(film.width, kSide - 4);
+  EXPECT_GE(film.height, kSide - 4);
+  EXPECT_EQ(films.back(), film);
+  EXPECT_EQ(seen, (PixelRect{0, 0, film.width, film.height}));
+  EXPECT_EQ(capture->width, kWidth);
+  EXPECT_TRUE(capture->inside.empty());
+  const SquareCrop& c = capture->crop;
+  EXPECT_EQ(common_part({c.x, c.y, c.side, c.side}, film), (PixelRect{c.x, c.y, c.side, c.side}));
+  ASSERT_FALSE(capture->warnings.empty());
+  EXPECT_THAT(capture->warnings.front(), HasSubstr("bars"));
+}
+
 TEST_F(ImportFace, TheClipIsDecodedOnceWhereThereIsRoomForItsFramesElseTwice) {
   write_video(folder_ / "a.mp4", frames_);
   std::map<bool, std::map<std::string, std::string>> files;
@@ -199,7 +275,7 @@ TEST_F(ImportFace, ListenersSeeTheFramesThatImportDecodes) {
                          }};
   };
   ImportListeners listeners;
-  listeners.looking = [&](const VideoInfo& info) -> Result<std::vector<FrameListener>> {
+  listeners.looking = [&](const VideoInfo& info, const PixelRect&) -> Result<std::vector<FrameListener>> {
     EXPECT_EQ(info.width, 512);
     return std::vector<FrameListener>{into(looking)};
   };

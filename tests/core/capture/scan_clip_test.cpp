@@ -50,7 +50,7 @@ class ScanClip : public ::testing::Test {
       EXPECT_TRUE(writer->add(picture).ok());
     }
     EXPECT_TRUE(writer->finish().ok());
-    auto scanned = scan_clip(path, *detector, {}, Progress(), {});
+    auto scanned = scan_clip(path, *detector, {}, {}, Progress(), {});
     EXPECT_TRUE(scanned.ok());
     return scanned ? scanned->samples : std::vector<FaceSample>();
   }

@@ -95,11 +95,22 @@ TEST(Driving, ClipWithoutSolvedCamerasGetsARestingCamera) {
   info.width = 1080, info.height = 1920;
   const CameraSet set = assumed_camera(info);
   ASSERT_EQ(set.cameras.size(), 1u);
-  EXPECT_TRUE(set.is_static);
+  EXPECT_TRUE(set.rests());
   EXPECT_DOUBLE_EQ(set.cameras[0].intrinsics.cx, 540);
   EXPECT_DOUBLE_EQ(set.cameras[0].intrinsics.fx, 1512);
   info.focal_35mm = 27;
   EXPECT_DOUBLE_EQ(assumed_camera(info).cameras[0].intrinsics.fx, 1440);
+}
+
+TEST(AssumedCamera, LooksAtTheFilmWithinItsBars) {
+  const VideoInfo upright{.width = 608, .height = 1080, .focal_35mm = 26},
+      barred{.width = 1920, .height = 1080, .focal_35mm = 26};
+  const Intrinsics alone = assumed_camera(upright).cameras[0].intrinsics,
+                   within = assumed_camera(barred, {656, 0, 608, 1080}).cameras[0].intrinsics;
+  EXPECT_DOUBLE_EQ(within.fx, alone.fx);
+  EXPECT_DOUBLE_EQ(within.cx, alone.cx + 656);
+  EXPECT_DOUBLE_EQ(within.cy, alone.cy);
+  EXPECT_EQ(within.width, 1920);
 }
 
 }  // namespace

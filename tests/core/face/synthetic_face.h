@@ -6,6 +6,7 @@
 #include "core/base/rigid.h"
 #include "core/face/fit_frame.h"
 #include "core/head/builtin_head.h"
+#include "core/head/pose_head.h"
 
 namespace likeness {
 

@@ -8,7 +8,9 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/rigid.h"
@@ -16,6 +18,7 @@
 #include "core/head/pose_head.h"
 #include "core/image/files.h"
 #include "core/matte/matte.h"
+#include "core/matte/person_network.h"
 #include "core/matte/person_prior.h"
 #include "tests/core/camera/textured_room.h"
 
@@ -54,11 +57,11 @@ struct Scene {
     capture.size = kSize;
     capture.frames_per_second = 10;
     track.person.identity = Eigen::VectorXf::Zero(head_model().identity_count());
-    cameras.is_static = moves == Moves::never;
+    cameras.kind = moves == Moves::never ? CameraKind::resting : CameraKind::walking;
     Intrinsics k;
     k.width = k.height = kSize;
     k.fx = k.fy = 2.0 * kSize, k.cx = k.cy = kSize / 2.0;
-    if (cameras.is_static) cameras.cameras.push_back({-1, k, Pose::Identity()});
+    if (cameras.rests()) cameras.cameras.push_back({-1, k, Pose::Identity()});
     for (int frame = 0; frame < kFrames; ++frame) {
       CaptureFrame entry;
       entry.frame = frame, entry.time_s = frame / 10.0;
@@ -67,7 +70,7 @@ struct Scene {
       const int steps = moves == Moves::always ? frame : moves == Moves::at_first ? std::min(frame, 14) : 0;
       Camera camera{frame, k, Pose::Identity()};
       camera.cam_from_world.translation().x() = -0.01 * steps;
-      if (!cameras.is_static) cameras.cameras.push_back(camera);
+      if (!cameras.rests()) cameras.cameras.push_back(camera);
       add_frame(frame, camera, 3.0 * steps);
     }
   }
@@ -131,8 +134,10 @@ struct Scene {
 
   Result<MatteResult> matte(const Progress& progress = {}, std::stop_token stop = {},
                             const fs::path& network = {}, const LearnRoom& learn_room = {},
-                            const FrameStrokes& strokes = {}) const {
+                            const FrameStrokes& strokes = {},
+                            std::shared_ptr<const PersonNetwork> person_network = {}) const {
     MatteOptions options;
+    options.person_network = std::move(person_network);
     options.size = kSize;
     options.network = network;
     options.learn_room = learn_room;

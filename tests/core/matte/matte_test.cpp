@@ -9,8 +9,10 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <set>
+#include <utility>
 
 #include "core/base/files.h"
 #include "core/image/files.h"
@@ -64,6 +66,29 @@ TEST(MatteClip, StaticCameraGivesAlphaAndPlateCloseToTheTruth) {
     }
   EXPECT_LT(sum / seen, 1.5);
   EXPECT_NEAR(result->plate_coverage, double(free_pixels) / (kSize * kSize), 0.08);
+}
+
+TEST(MatteClip, NothingIsKnownOfWhatWasNotFilmed) {
+  Scene scene("outside");
+  scene.capture.inside = {24, 0, 84, kSize};
+  for (const CaptureFrame& frame : scene.capture.frames) {
+    auto picture = read_image(scene.folder / frame_name(frame.frame));
+    ASSERT_TRUE(picture);
+    fill_outside(*picture, scene.capture.inside, kUnfilmed);
+    ASSERT_TRUE(write_image(scene.folder / frame_name(frame.frame), *picture).ok());
+    fill_outside(scene.alpha[std::size_t(frame.frame)], scene.capture.inside, 0);
+  }
+  const auto result = scene.matte();
+  ASSERT_TRUE(result.ok()) << result.error().what;
+  for (int frame = 0; frame < kFrames; ++frame) EXPECT_GT(scene.overlap(frame), 0.94) << frame;
+  const auto known = read_image(scene.folder / "plate_known.png");
+  ASSERT_TRUE(known.ok());
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x)
+      if (!scene.capture.inside.contains(x, y)) {
+        ASSERT_EQ(*known->at(x, y), 0) << x << " " << y;
+      }
+  EXPECT_GT(std::count(known->data.begin(), known->data.end(), 255), kSize * kSize / 6);
 }
 
 TEST(MatteClip, WhatThePersonAlwaysCoversIsSolid) {
@@ -227,6 +252,110 @@ TEST(MatteClip, FollowsTheNetworkWhereItIsConfident) {
   const auto absent = scene.matte({}, {}, scene.folder / "none.onnx");
   ASSERT_FALSE(absent.ok());
   EXPECT_EQ(absent.error().code, ErrorCode::not_found);
+}
+
+// By which the share of person is how much redder than green a pixel is: skin and cloth are, the wall never
+// is.
+std::shared_ptr<const PersonNetwork> red_network(const Scene& scene) {
+  const fs::path file = scene.folder / "person.onnx";
+  EXPECT_TRUE(write_text(file, tiny_network(256, {20, -20, 0}, {-1})).ok());
+  auto network = PersonNetwork::load(file);
+  EXPECT_TRUE(network.ok()) << (network ? "" : network.error().what);
+  return std::make_shared<const PersonNetwork>(std::move(*network));
+}
+
+// An arm in every picture, at rest on something beside the person, farther out than any shoulder.
+void lay_down_an_arm(Scene& scene) {
+  for (int frame = 0; frame < kFrames; ++frame) {
+    auto picture = read_image(scene.folder / frame_name(frame));
+    ASSERT_TRUE(picture.ok());
+    for (int y = kSize - 18; y < kSize; ++y)
+      for (int x = 0; x < kSize / 2; ++x) {
+        const std::uint8_t cloth[] = {155, 36, 46};
+        std::copy_n(cloth, 3, picture->at(x, y));
+        *scene.alpha[std::size_t(frame)].at(x, y) = 255;
+      }
+    ASSERT_TRUE(write_image(scene.folder / frame_name(frame), *picture).ok());
+  }
+}
+
+TEST(MatteClip, WhatRestsThroughoutIsThePersonsWhereThePersonNetworkSaysSo) {
+  Scene scene("arm");
+  lay_down_an_arm(scene);
+  const auto arm = [&] {
+    double least = 255;
+    for (int frame = 0; frame < kFrames; ++frame) {
+      const auto mask = read_image(scene.folder / "masks" / frame_name(frame).filename());
+      EXPECT_TRUE(mask.ok());
+      for (int x = 2; x < 20 && mask; ++x) least = std::min(least, double(*mask->at(x, kSize - 6)));
+    }
+    return least;
+  };
+  const auto result = scene.matte({}, {}, {}, {}, {}, red_network(scene));
+  ASSERT_TRUE(result.ok()) << result.error().what;
+  EXPECT_EQ(arm(), 255);
+  for (int frame = 0; frame < kFrames; ++frame) EXPECT_GT(scene.overlap(frame), 0.97) << frame;
+  const auto known = read_image(scene.folder / "plate_known.png");
+  ASSERT_TRUE(known.ok());
+  EXPECT_EQ(*known->at(10, kSize - 6), 0);  // nobody saw what is behind the arm
+}
+
+TEST(MatteClip, AMovingCameraIsMattedByThePersonNetworkToo) {
+  const Scene scene("moving_person", Moves::always);
+  const auto result = scene.matte({}, {}, {}, {}, {}, red_network(scene));
+  ASSERT_TRUE(result.ok()) << result.error().what;
+  for (int frame = 0; frame < kFrames; ++frame) EXPECT_GT(scene.overlap(frame), 0.97) << frame;
+}
+
+TEST(MatteClip, HeldOutPicturesReachNoTrainingMaskThroughThePersonNetwork) {
+  const Scene scene("leak_person");
+  const auto network = red_network(scene);
+  const auto shared = [&] {
+    EXPECT_TRUE(scene.matte({}, {}, {}, {}, {}, network).ok());
+    std::string bytes = bytes_of(scene.folder / "plate.png");
+    for (int frame = 0; frame < kHeldFrom; ++frame)
+      bytes += bytes_of(scene.folder / "masks" / frame_name(frame).filename());
+    return bytes;
+  };
+  const std::string before = shared();
+  for (int frame = kHeldFrom; frame < kFrames; ++frame)
+    ASSERT_TRUE(write_image(scene.folder / frame_name(frame), Image8(kSize, kSize, 3, 200)).ok());
+  EXPECT_TRUE(shared() == before);
+}
+
+TEST(MatteClip, AMattingNetworkIsHeardInsteadOfThePersonNetwork) {
+  const Scene scene("both_networks", Moves::always);
+  const fs::path network = scene.folder / "net.onnx";
+  ASSERT_TRUE(write_text(scene.folder / "net.json",
+                         R"({"size_px": 128, "mean": [0, 0, 0], "scale": 1, "activation": "sigmoid"})"));
+  ASSERT_TRUE(write_text(network, tiny_network(kSize, {0.1f, -0.1f, 0}, {-2.5f})));
+  const auto masks = [&](std::shared_ptr<const PersonNetwork> person) {
+    EXPECT_TRUE(scene.matte({}, {}, network, {}, {}, std::move(person)).ok());
+    std::string bytes;
+    for (int frame = 0; frame < kFrames; ++frame)
+      bytes += bytes_of(scene.folder / "masks" / frame_name(frame).filename());
+    return bytes;
+  };
+  const std::string alone = masks({});
+  EXPECT_TRUE(masks(red_network(scene)) == alone);
+}
+
+// Painted strokes are harder than the network.
+TEST(MatteClip, StrokesOutrankThePersonNetwork) {
+  Scene scene("strokes_person");
+  lay_down_an_arm(scene);
+  FrameStrokes strokes;
+  Stroke background;
+  background.mark = StrokeMark::background;
+  background.radius = 4;
+  background.points = {{5, kSize - 8}, {25, kSize - 8}};
+  strokes[4].push_back(background);
+  ASSERT_TRUE(scene.matte({}, {}, {}, {}, strokes, red_network(scene)).ok());
+  const auto painted = read_image(scene.folder / "masks" / frame_name(4).filename()),
+             other = read_image(scene.folder / "masks" / frame_name(5).filename());
+  ASSERT_TRUE(painted.ok() && other.ok());
+  EXPECT_EQ(*painted->at(15, kSize - 8), 0);
+  EXPECT_EQ(*other->at(15, kSize - 8), 255);
 }
 
 TEST(MatteClip, AMixedClipGetsThePlateOfItsRest) {

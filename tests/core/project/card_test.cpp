@@ -95,6 +95,24 @@ TEST(Card, AFarTurnIsNamedAsSuch) {
   EXPECT_THAT(card.worst[0].what, HasSubstr("turned"));
 }
 
+TEST(Card, ASmileInThePicturesCountsWhereTheTrackSawNone) {
+  const Clip clip;
+  const auto learnt = [&](const SeenMouth& mouth) {
+    const Card card =
+        make_card(clip.capture, clip.cameras, clip.track, {}, filmed_avatar(), acting_head(), mouth);
+    const bool asked = std::ranges::any_of(card.gaps, [](const CardGap& gap) {
+      return gap.what.find("A smile was never") != std::string::npos;
+    });
+    const Learnt smile = std::ranges::find(card.expressions, "mouthSmile", &CardExpression::name)->learnt;
+    EXPECT_EQ(asked, smile == Learnt::never);
+    return smile;
+  };
+  EXPECT_EQ(learnt({}), Learnt::never);
+  EXPECT_EQ(learnt({.widest = 1.1, .smile = 0.3}), Learnt::little);
+  EXPECT_EQ(learnt({.widest = 1.2, .smile = 0.8}), Learnt::well);
+  EXPECT_EQ(learnt({.widest = 1.07, .smile = 0.1, .teeth = true}), Learnt::well);
+}
+
 TEST(Card, WhatWasNotSeenIsAskedFor) {
   const Card card = Clip().card();
   const auto learnt = [&](const char* name) {

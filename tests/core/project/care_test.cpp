@@ -201,6 +201,16 @@ TEST_F(Care, HeldOutFramesCannotBeLeftOut) {
   EXPECT_FALSE(check_left_out(*capture, {10}).ok());
 }
 
+TEST_F(Care, AHeldOutFrameCannotBeTheRestingFace) {
+  const auto capture = read_capture(folder_ / "capture.json");
+  EXPECT_TRUE(check_rest_frames(*capture, {}).ok());
+  EXPECT_TRUE(check_rest_frames(*capture, {0, 8}).ok());
+  const auto held_out = check_rest_frames(*capture, {9});
+  ASSERT_FALSE(held_out.ok());
+  EXPECT_NE(held_out.error().fix.find("face rests"), std::string::npos) << held_out.error().fix;
+  EXPECT_FALSE(check_rest_frames(*capture, {10}).ok());
+}
+
 TEST_F(Care, LeftOutFramesDoNotTrainAndHeldOutOnesGoOnMeasuring) {
   const auto capture = read_capture(folder_ / "capture.json");
   const Capture trained = without_left_out(*capture, {2, 9});

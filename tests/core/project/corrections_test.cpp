@@ -31,6 +31,7 @@ class Corrections : public testing::Test {
     ASSERT_TRUE(write_text(root_ / "clip.mp4", "the clip").ok());
     ProjectOptions options;
     options.shared.video = root_ / "clip.mp4";
+    options.shared.person_network = "none";  // whatever is installed here
     auto made = open_or_create_project(root_ / "me.likeness", options);
     ASSERT_TRUE(made.ok()) << made.error().what;
     project_ = *made;

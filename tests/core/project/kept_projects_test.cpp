@@ -22,6 +22,8 @@ class KeptProjects : public testing::Test {
     std::string name = (fs::temp_directory_path() / "likeness_kept_XXXXXX").string();
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     root_ = name;
+    if (const char* set = ::getenv("LIKENESS_NETWORKS")) networks_before_ = set;
+    ::setenv("LIKENESS_NETWORKS", (root_ / "no networks").c_str(), 1);
     for (const auto& [file, text] : {std::pair("clip.mp4", "the clip"),
                                      {"head.npz", "a head model"},
                                      {"landmarks.dat", "a landmark model"},
@@ -33,7 +35,11 @@ class KeptProjects : public testing::Test {
                              "masks/000000.png", "plate.png", "avatar.bin"})
       ASSERT_TRUE(write_text(root_ / "p" / file, file).ok());
   }
-  void TearDown() override { fs::remove_all(root_); }
+  void TearDown() override {
+    networks_before_.empty() ? ::unsetenv("LIKENESS_NETWORKS")
+                             : ::setenv("LIKENESS_NETWORKS", networks_before_.c_str(), 1);
+    fs::remove_all(root_);
+  }
 
   // A kept file as it would stand in this folder.
   std::string text_of(const std::string& kept) const {
@@ -67,8 +73,8 @@ class KeptProjects : public testing::Test {
     ProjectOptions o;
     o.shared = {root_ / "clip.mp4", root_ / "head.npz", root_ / "landmarks.dat", 7};
     o.import = {512, Split::views};
-    o.align = {true, 51.5};
-    o.fit = {root_ / "identity.npy", root_ / "maps", {{4, 9}, {20, 22}}};
+    o.align = {CameraKind::resting, 51.5};
+    o.fit = {root_ / "identity.npy", root_ / "maps", {{4, 9}, {20, 22}}, {2, 9}};
     o.matte = {root_ / "matting.onnx"};
     o.train = {.budget_s = 52.5,
                .full_budget_s = 600,
@@ -84,6 +90,7 @@ class KeptProjects : public testing::Test {
   }
 
   fs::path root_;
+  std::string networks_before_;
 };
 
 TEST_F(KeptProjects, OfTheUsualOptionsIsCurrentAndWrittenTheSame) {
@@ -93,7 +100,10 @@ TEST_F(KeptProjects, OfTheUsualOptionsIsCurrentAndWrittenTheSame) {
   expect_current(project);
   EXPECT_EQ(first_track_hash(project), project.record(Stage::fit).track_inputs);
   ASSERT_TRUE(save_project(project).ok());
-  EXPECT_EQ(*read_text(root_ / "p" / "project.json"), text);
+  // But for choices that there were not yet.
+  auto kept = nlohmann::json::parse(text);
+  kept["options"]["person_network"] = "";
+  EXPECT_EQ(nlohmann::json::parse(*read_text(root_ / "p" / "project.json")), kept);
 }
 
 TEST_F(KeptProjects, OfOtherOptionsIsCurrentAndWrittenTheSame) {
@@ -110,6 +120,7 @@ TEST_F(KeptProjects, OfOtherOptionsIsCurrentAndWrittenTheSame) {
        kept = nlohmann::json::parse(text);
   EXPECT_EQ(written["options"]["refits"], nlohmann::json::parse("[[4, 9], [20, 22]]"));
   kept["options"]["refits"] = written["options"]["refits"];
+  kept["options"]["person_network"] = "";  // there was no such choice
   EXPECT_EQ(written, kept);
 }
 
@@ -118,7 +129,7 @@ TEST_F(KeptProjects, OfVersionOneIsCurrentAndItsSwitchesAreTheMode) {
   ProjectOptions expected;
   expected.shared = {root_ / "clip.mp4", root_ / "head.npz", {}, 7};
   expected.import.size = 512;
-  expected.align.resting_camera = true;
+  expected.align.camera = CameraKind::resting;
   expected.matte.matting_network = root_ / "matting.onnx";
   expected.train.budget_s = 120;
   expected.train.mode = FieldMode::warp;

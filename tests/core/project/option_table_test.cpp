@@ -192,7 +192,7 @@ TEST_F(OptionTable, WhatIsOfferedCanBeChosen) {
   EXPECT_EQ(fields, 2);
 }
 
-TEST_F(OptionTable, WhatIsKeptWithTheClipIsTakenBackByNone) {
+TEST_F(OptionTable, WhatIsKeptWithTheClipIsTakenBackByItsWord) {
   int kept = 0;
   for (const OptionRow& row : option_table()) {
     if (!row.kept_with_clip) continue;
@@ -200,10 +200,12 @@ TEST_F(OptionTable, WhatIsKeptWithTheClipIsTakenBackByNone) {
     ProjectOptions options = project_.options;
     test::choose_other(row, options, root_ / "other");
     ASSERT_NE(options, project_.options) << row.key;
-    ASSERT_TRUE(read_option_words(row, "none", options).ok()) << row.key;
+    ASSERT_TRUE(read_option_words(row, row.taken_back, options).ok()) << row.key;
     EXPECT_EQ(options, project_.options) << row.key;
   }
-  EXPECT_EQ(kept, 4);
+  EXPECT_EQ(kept, 5);
+  EXPECT_STREQ(option_row("rest_frames").taken_back, "auto");
+  EXPECT_STREQ(option_row("left_out").taken_back, "none");
 }
 
 TEST_F(OptionTable, FramesAndSpansAreReadFromWords) {

@@ -22,6 +22,9 @@ inline void choose_other(const OptionRow& row, ProjectOptions& options, const st
     }
     void operator()(std::uint64_t& number) const { ++number; }
     void operator()(Split& split) const { split = split == Split::views ? Split::random30 : Split::views; }
+    void operator()(std::optional<CameraKind>& kind) const {
+      kind = kind == CameraKind::walking ? CameraKind::handheld : CameraKind::walking;
+    }
     void operator()(std::optional<FieldMode>& mode) const {
       mode = mode == FieldMode::concat ? FieldMode::warp : FieldMode::concat;
     }

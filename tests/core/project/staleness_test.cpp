@@ -32,6 +32,9 @@ class Staleness : public testing::Test {
     std::string name = (fs::temp_directory_path() / "likeness_staleness_XXXXXX").string();
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     root_ = name;
+    if (const char* set = ::getenv("LIKENESS_NETWORKS")) networks_before_ = set;
+    ASSERT_TRUE(write_text(root_ / "networks" / "README", "none installed").ok());
+    ::setenv("LIKENESS_NETWORKS", (root_ / "networks").c_str(), 1);
     ASSERT_TRUE(write_text(root_ / "clip.mp4", "the clip").ok());
     ASSERT_TRUE(write_text(root_ / "other", "another file").ok());
     const auto made =
@@ -43,7 +46,11 @@ class Staleness : public testing::Test {
       ASSERT_TRUE(write_text(project_.folder / file, file).ok());
     finish();
   }
-  void TearDown() override { fs::remove_all(root_); }
+  void TearDown() override {
+    networks_before_.empty() ? ::unsetenv("LIKENESS_NETWORKS")
+                             : ::setenv("LIKENESS_NETWORKS", networks_before_.c_str(), 1);
+    fs::remove_all(root_);
+  }
 
   void finish() {
     for (const Stage stage : kStages) {
@@ -53,6 +60,7 @@ class Staleness : public testing::Test {
   }
 
   fs::path root_;
+  std::string networks_before_;
   Project project_;
 };
 
@@ -133,10 +141,53 @@ TEST_F(Staleness, AnotherLandmarkModelMakesImportAndAlignStale) {
   EXPECT_EQ(names(to_do(project_)), "");
 }
 
+TEST_F(Staleness, APersonNetworkThatComesOrGoesMakesAlignAndMatteStale) {
+  const auto install = [&](const char* content) {
+    EXPECT_TRUE(write_text(root_ / "networks" / "person.onnx", content).ok());
+  };
+  install("one");
+  EXPECT_EQ(names(to_do(project_)), "align matte ");
+  project_.options.shared.person_network = "none";
+  EXPECT_EQ(names(to_do(project_)), "");  // as before there was one
+  project_.options.shared.person_network.clear();
+  finish();
+  install("another");
+  EXPECT_EQ(names(to_do(project_)), "align matte ");
+  fs::remove(root_ / "networks" / "person.onnx");
+  EXPECT_EQ(names(to_do(project_)), "align matte ");
+  ASSERT_TRUE(write_text(root_ / "one.onnx", "one").ok());
+  project_.options.shared.person_network = root_ / "one.onnx";  // the same one by its name
+  EXPECT_EQ(names(to_do(project_)), "");
+}
+
+// Where nobody is looked for, or a matting network is heard instead, it decides nothing.
+TEST_F(Staleness, APersonNetworkIsReadOnlyByStagesThatHearIt) {
+  project_.options.import.split = Split::views;
+  finish();
+  ASSERT_TRUE(write_text(root_ / "networks" / "person.onnx", "one").ok());
+  EXPECT_EQ(names(to_do(project_)), "import align matte ");
+  fs::remove(root_ / "networks" / "person.onnx");
+  project_.options.align.camera = CameraKind::resting;
+  project_.options.matte.matting_network = root_ / "other";
+  finish();
+  ASSERT_TRUE(write_text(root_ / "networks" / "person.onnx", "one").ok());
+  EXPECT_EQ(names(to_do(project_)), "");
+}
+
+TEST_F(Staleness, NoPersonNetworkIsRememberedAsAWord) {
+  ProjectOptions options = project_.options;
+  options.shared.person_network = "none";
+  const auto project = open_or_create_project(project_.folder, options);
+  ASSERT_TRUE(project.ok()) << project.error().what;
+  const auto opened = open_project(project_.folder);
+  ASSERT_TRUE(opened.ok()) << opened.error().what;
+  EXPECT_EQ(opened->options.shared.person_network, "none");
+}
+
 TEST_F(Staleness, ARestingCameraIsReadByTheImportThatHoldsOutViews) {
   project_.options.import.split = Split::views;
   finish();
-  project_.options.align.resting_camera = true;
+  project_.options.align.camera = CameraKind::resting;
   EXPECT_EQ(names(to_do(project_)), "import align ");
 }
 
@@ -147,24 +198,24 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
                     cameras = content("cameras.json"), track = content("track.json"),
                     plate = content("plate.png");
   EXPECT_EQ(input_hash(project_, Stage::import), hash_text(fmt::format("import 1\n{} 256", clip)));
-  EXPECT_EQ(input_hash(project_, Stage::align), hash_text(fmt::format("align 3\n{} 0", clip)));
+  EXPECT_EQ(input_hash(project_, Stage::align), hash_text(fmt::format("align 4\n{} 0", clip)));
   EXPECT_EQ(input_hash(project_, Stage::fit),
-            hash_text(fmt::format("fit 6\n{} {} none none", capture, cameras)));
+            hash_text(fmt::format("fit 7\n{} {} none none", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::matte),
             hash_text(fmt::format("matte 4\n{} {} {} none", capture, cameras, track)));
   EXPECT_EQ(input_hash(project_, Stage::train),
             hash_text(fmt::format("train 4\n{} {} {} absent {} 0 0 true true true true false",
                                   project_.record(Stage::matte).input_hash, track, plate, 300.0)));
   ProjectOptions& o = project_.options;
-  o.import.split = Split::views, o.align.resting_camera = true, o.align.lens_mm = 51, o.shared.seed = 3,
-  o.train.use_latent = false;
+  o.import.split = Split::views, o.align.camera = CameraKind::resting, o.align.lens_mm = 51,
+  o.shared.seed = 3, o.train.use_latent = false;
   o.fit.refits = {{20, 22}, {4, 6}, {7, 9}}, o.train.left_out = {3, 5}, o.train.landmark_loss = 0.1;
   EXPECT_EQ(input_hash(project_, Stage::import),
             hash_text(fmt::format("import 1\n{} 256 views rests", clip)));
   EXPECT_EQ(input_hash(project_, Stage::align),
-            hash_text(fmt::format("align 3\n{} 3 rests {} mm", clip, 51.0)));
+            hash_text(fmt::format("align 4\n{} 3 rests {} mm", clip, 51.0)));
   EXPECT_EQ(input_hash(project_, Stage::fit),
-            hash_text(fmt::format("fit 6\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
+            hash_text(fmt::format("fit 7\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::train),
             hash_text(fmt::format("train 4\n{} {} {} absent {} 0 3 true false true true false landmarks {} "
                                   "left out 3,5",

@@ -41,7 +41,7 @@ void expect_truth_agrees(const fs::path& folder, const DemoOptions& options, boo
   const auto track = read_track(folder / "track_truth.json");
   ASSERT_TRUE(cameras.ok()) << cameras.error().what;
   ASSERT_TRUE(track.ok()) << track.error().what;
-  EXPECT_EQ(cameras->is_static, is_static);
+  EXPECT_EQ(cameras->rests(), is_static);
   EXPECT_EQ(cameras->scale, CameraScale::metric);
   ASSERT_EQ(track->frames.size(), std::size_t(options.frames));
   const HeadModel model = make_builtin_head();

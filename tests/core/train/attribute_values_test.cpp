@@ -82,6 +82,18 @@ TEST(AttributeValues, FramesUnlikeAnyAnnotatedOneAreMarked) {
   EXPECT_EQ(fit.unlike_any, usual + strange);
 }
 
+TEST(AttributeValues, StayWithinWhatWasAnnotatedHoweverStrangeTheLook) {
+  Clip clip = made_up(200, 4);  // the last fifty frames look like none of the others
+  annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});
+  float low = 1, high = -1;
+  for (const LookedFrame& frame : clip.frames)
+    if (frame.annotated) low = std::min(low, float(frame.value)), high = std::max(high, float(frame.value));
+  for (const FrameAmount& amount : regress_amounts(clip.frames).frames) {
+    EXPECT_GE(amount.value, low);
+    EXPECT_LE(amount.value, high);
+  }
+}
+
 TEST(AttributeValues, FramesThatAreNotSeenTakeTheirNeighboursAmounts) {
   Clip clip = made_up(150, 5);
   annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});

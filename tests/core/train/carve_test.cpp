@@ -46,6 +46,17 @@ TEST(Carve, UnderTheHeadTheMatteSaysNothingAboutTheTorso) {
   EXPECT_EQ(cells_left(views, {0.8f, true}), 64);
 }
 
+TEST(Carve, AViewDoesNotVoteBeyondWhatItFilmed) {
+  // Nobody stands in the left half of the picture, and the right half was not filmed.
+  std::vector<CarveView> views(3, plain_view(0, 0));
+  EXPECT_EQ(cells_left(views, {0.8f, false}), 0);
+  CarveView whole = plain_view(255, 0);
+  views.push_back(whole);
+  EXPECT_EQ(cells_left(views, {0.8f, false}), 0);
+  for (std::size_t v = 0; v < 3; ++v) views[v].inside = {0, 0, 4, 8};
+  EXPECT_EQ(cells_left(views, {0.8f, false}), 32);
+}
+
 TEST(Carve, KeepsNothingWhereNoViewVotes) {
   const std::vector<CarveView> views(5, plain_view(255, 255));
   EXPECT_EQ(cells_left(views, {0.8f, true}), 0);

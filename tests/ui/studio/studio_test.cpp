@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "core/base/files.h"
+#include "core/capture/capture.h"
 #include "core/video/encode.h"
 #include "tests/core/export/tiny_project.h"
 
@@ -209,6 +210,25 @@ TEST_F(StudioState, WhatACommandLineChoseMeanwhileStays) {
   ASSERT_TRUE(stored.ok());
   EXPECT_EQ(stored->options.train.budget_s, 900);
   EXPECT_EQ(stored->options.train.left_out, std::vector<int>{3});
+}
+
+TEST_F(StudioState, TheRestingFaceIsKeptInTheProjectAndTakenBack) {
+  Capture capture;
+  capture.video = clip_;
+  capture.width = capture.height = 64;
+  capture.frames_per_second = 25;
+  capture.crop = {0, 0, 64};
+  for (int frame = 0; frame < 5; ++frame) capture.frames.push_back({.frame = frame, .used = true});
+  ASSERT_TRUE(write_capture(capture_path({.folder = project_.folder()}), capture).ok());
+  open();
+  Requests wanted;
+  wanted.project.rest_frames = std::vector{3};
+  ask(wanted);
+  EXPECT_FALSE(studio_->snapshot().error.has_value()) << studio_->snapshot().error->what;
+  EXPECT_EQ(open_project(project_.folder())->options.fit.rest_frames, std::vector<int>{3});
+  wanted.project.rest_frames = std::vector<int>{};
+  ask(wanted);
+  EXPECT_TRUE(open_project(project_.folder())->options.fit.rest_frames.empty());
 }
 
 TEST_F(StudioState, ATrainingThatWasFinishedEarlyIsNotTheMeasureOfTheNext) {

@@ -21,7 +21,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 // Cameras on an arc that rises and sinks, looking at the origin.
 CameraSet arc(int count) {
   CameraSet set;
-  set.is_static = false;
+  set.kind = CameraKind::walking;
   for (int i = 0; i < count; ++i) {
     const double yaw = (-40 + 80.0 * i / (count - 1)) * kDegree;
     Camera camera{i, {640, 480, 700, 700, 320, 240}, Pose::Identity()};

@@ -65,6 +65,22 @@ TEST(TrackTruth, TheShapesErrorIsItsDistanceFromTheSurface) {
   EXPECT_LT(result->shape_rms_mm, 1.01);
 }
 
+TEST(TrackTruth, ASmileInTheRestIsAWiderMouth) {
+  const TrackTruth truth = acted_truth(40);
+  Track other = truth.track;
+  other.neutral = neutral_articulation(truth.model);
+  const auto right = compare_with_truth(other, truth.model, truth, {});
+  ASSERT_TRUE(right.ok());
+  EXPECT_LT(right->rest.mouth_rms_mm, 1e-2);
+  EXPECT_NEAR(right->rest.mouth_width_mm, 0, 1e-2);
+  for (const char* side : {"mouthSmile_L", "mouthSmile_R"})
+    add_action(other.neutral, *find_action(truth.model, side), 0.5f);
+  const auto smiling = compare_with_truth(other, truth.model, truth, {});
+  ASSERT_TRUE(smiling.ok());
+  EXPECT_GT(smiling->rest.mouth_rms_mm, 0.3);
+  EXPECT_GT(smiling->rest.mouth_width_mm, 2);
+}
+
 TEST(TrackTruth, ErrorsPutInAreFound) {
   const TrackTruth truth = acted_truth(80);
   Track other = truth.track;

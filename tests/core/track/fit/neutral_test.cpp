@@ -92,6 +92,22 @@ TEST(Neutral, HeldOutAndLostFramesTakeNoPart) {
   EXPECT_EQ(before.jaw, after.jaw);
 }
 
+TEST(Neutral, IsThatOfTheFramesChosenTimesTheirTrust) {
+  auto frames = perform(odd_rest(), {.speech = 0, .smile = 0.9});
+  RestChoice rest;
+  for (int i = 280; i < 296; ++i) rest.frames.push_back(i);
+  expect_near(calibrate_neutral(test_head(), frames, {}, rest), odd_rest(), 0.05);
+  rest.trust = 0.5;
+  const Articulation half = calibrate_neutral(test_head(), frames, {}, rest);
+  EXPECT_LT((half.expression - 0.5f * odd_rest().expression).cwiseAbs().maxCoeff(), 0.05);
+  // Those held out do not count.
+  rest.trust = 1;
+  RestChoice more = rest;
+  more.frames.insert(more.frames.begin(), {10, 20});
+  EXPECT_EQ(calibrate_neutral(test_head(), frames, {10, 20}, more).expression,
+            calibrate_neutral(test_head(), frames, {10, 20}, rest).expression);
+}
+
 TEST(Neutral, OfNothingIsZero) {
   const Articulation neutral = calibrate_neutral(test_head(), {}, {});
   EXPECT_EQ(neutral.expression.size(), test_head().expression_count());

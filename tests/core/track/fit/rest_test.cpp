@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/track/fit/choose_rest.h"
 #include "tests/core/face/synthetic_face.h"
 
 namespace likeness {
@@ -110,6 +111,88 @@ TEST(Rest, LearnsNothingFromHeldOutFrames) {
     rest[k] = prior->rest;
   }
   EXPECT_EQ(rest[0], rest[1]);
+}
+
+// Someone of another shape than the mean who smiles in all frames but twelve.
+struct SmilingClip {
+  SmilingClip() {
+    const ReducedHead& head = test_reduced_head();
+    identity = test_identity().head(head.identity_count()).cast<double>();
+    const ReducedPerson person = reduced_person(head, identity);
+    for (int i = 0; i < 120; ++i) {
+      FaceFrame f;
+      f.frame = i;
+      f.seen = f.pose_given = true;
+      f.held_out = i >= 108;
+      f.state.cam_from_head = facing_pose(0.3 * std::sin(i * 0.2), 0.1, {0.01, 0.02, 0.6});
+      f.state.expression = Eigen::VectorXd::Zero(head.expression_count());
+      FaceState truth = f.state;
+      if (i < 50 || i >= 62) {
+        const double share = 0.8 + 0.1 * std::sin(0.4 * i);
+        for (const char* side : {"mouthSmile_L", "mouthSmile_R"})
+          truth.expression[expression_index(side)] = share;
+      }
+      f.observation = observe_state(head, person, truth, 0.3, static_cast<std::uint32_t>(i));
+      frames.push_back(f);
+    }
+  }
+  // The whole of a fit after the poses: the identity, the frames, and what counts as rest.
+  Eigen::VectorXd fitted_rest(bool chosen) {
+    const ReducedHead& head = test_reduced_head();
+    const ExpressionPrior usual = expression_prior(test_head());
+    const Eigen::VectorXd nobody = Eigen::VectorXd::Zero(head.identity_count());
+    if (chosen) {
+      std::vector<RestFrame> measured;
+      for (const FaceFrame& f : frames)
+        measured.push_back(
+            {f.frame, f.frame / 25.0, !f.held_out,
+             measure_face(head, reduced_person(head, nobody), f.observation, f.state.cam_from_head)});
+      choice = choose_rest(measured, usual_mouth(head), {});
+      for (FaceFrame& f : frames) f.rest = std::ranges::binary_search(choice.frames, f.frame);
+    }
+    const auto fit = fit_identity(head, usual, {}, nobody, frames, {}, {});
+    EXPECT_TRUE(fit.ok());
+    fitted = fit->identity;
+    EXPECT_TRUE(fit_states(head, fitted, usual, {}, frames, {}, {}).ok());
+    const auto prior = fit_from_rest(test_head(), head, fitted, usual, {}, frames, {}, {}, choice.trust);
+    EXPECT_TRUE(prior.ok());
+    return prior->rest;
+  }
+  // Root mean square over the mouth's landmarks, m, and of its width alone.
+  std::pair<double, double> mouth_error(const Eigen::VectorXd& rest) const {
+    const ReducedHead& head = test_reduced_head();
+    const ReducedPerson true_person = reduced_person(head, identity), person = reduced_person(head, fitted);
+    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(head.expression_count());
+    std::array<Vec3d, kLandmarkCount> off;
+    Vec3d mean = Vec3d::Zero();  // where the face is in the head is another's business
+    for (int k = 17; k < kLandmarkCount; ++k) {
+      off[k] = reduced_point(head, person, k, rest, 0) - reduced_point(head, true_person, k, zero, 0);
+      mean += off[k] / (kLandmarkCount - 17);
+    }
+    double sum = 0;
+    for (int k = 48; k < kLandmarkCount; ++k) sum += (off[k] - mean).squaredNorm() / 20;
+    return {std::sqrt(sum), std::abs((off[54] - off[48]).x())};
+  }
+
+  std::vector<FaceFrame> frames;
+  Eigen::VectorXd identity, fitted;
+  RestChoice choice;
+};
+
+TEST(Rest, ASmileThroughMostOfAClipGoesNeitherIntoTheRestNorIntoTheIdentity) {
+  SmilingClip clip, usual;
+  const auto [mouth, width] = clip.mouth_error(clip.fitted_rest(true));
+  const auto [mouth_before, width_before] = usual.mouth_error(usual.fitted_rest(false));
+  std::printf("resting mouth: %.2f mm rms, %.2f mm of width; without a choice %.2f and %.2f\n", 1000 * mouth,
+              1000 * width, 1000 * mouth_before, 1000 * width_before);
+  EXPECT_GE(clip.choice.frames.front(), 50);
+  EXPECT_LT(clip.choice.frames.back(), 62);
+  EXPECT_LT(mouth, 0.001);
+  EXPECT_LT(width, 0.001);
+  EXPECT_GT(width_before, 3 * width);
+  // The smile is seen, and counted from there.
+  const FaceState& smile = clip.frames[20].state;
+  EXPECT_GT(smile.expression[expression_index("mouthSmile_L")], 0.5);
 }
 
 TEST(Rest, StopsWhenAsked) {
