@@ -15,11 +15,11 @@
 namespace likeness {
 namespace {
 
-constexpr double kFaceShare = 0.3;   // of a shot's looks
-constexpr double kShortest_s = 0.3;  // a shorter shot tells a track nothing that a longer one does not
-constexpr int kShortest = 5;         // frames, and
-constexpr std::size_t kViews = 15;   // frames that a median is taken of
-constexpr std::size_t kEnds = 3;     // frames before and after a cut
+constexpr double kShotFaceShare = 0.3;  // of a shot's looks
+constexpr double kShortest_s = 0.3;     // a shorter shot tells a track nothing that a longer one does not
+constexpr int kShortest = 5;            // frames, and
+constexpr std::size_t kViews = 15;      // frames that a median is taken of
+constexpr std::size_t kEnds = 3;        // frames before and after a cut
 // -- Whether two backgrounds are one. px of the sketch, 96 across.
 constexpr double kSamePlace = 0.5,
                  kWander = 8;        // that it may be displaced: at rest; most that a hand wanders
@@ -35,7 +35,7 @@ struct Background {
   double face = 0;                 // width, px of the source; 0: none
 };
 
-struct Film {
+struct SketchedFilm {
   std::span<const FrameSketch> frames;
   const std::vector<FaceSample>& samples;
   int width, height;
@@ -48,8 +48,8 @@ struct Film {
 };
 
 // The median of some frames of a stretch, and where nobody is in any of them.
-Background background_of(const Film& film, std::span<const FrameSketch> stretch, const FrameSpan& shot,
-                         std::size_t views) {
+Background background_of(const SketchedFilm& film, std::span<const FrameSketch> stretch,
+                         const FrameSpan& shot, std::size_t views) {
   Background background;
   const std::size_t n = std::min(views, stretch.size());
   background.luma = Image8(stretch[0].luma.width, stretch[0].luma.height, 1);
@@ -191,7 +191,7 @@ bool same_place(const Background& a, const Background& b, double displaced) {
 }
 
 // How far the camera wanders within a shot, px.
-double wander_of(const Film& film, const FrameSpan& shot) {
+double wander_of(const SketchedFilm& film, const FrameSpan& shot) {
   const auto frames = film.of(shot);
   if (frames.size() < 6) return 0;
   const Background a = background_of(film, frames.first(frames.size() / 3), shot, kViews),
@@ -220,7 +220,7 @@ Seen seen_in(const std::vector<FaceSample>& samples, const FrameSpan& shot) {
 }
 
 // Marks what was filmed from the main shot's place: like it as a whole, or where two shots meet.
-void spread_from(const Film& film, const std::vector<FrameSpan>& shots, std::size_t main,
+void spread_from(const SketchedFilm& film, const std::vector<FrameSpan>& shots, std::size_t main,
                  const std::vector<std::uint8_t>& fit, std::vector<ClipShot>& out) {
   std::vector<Background> whole(shots.size());
   for (std::size_t i = 0; i < shots.size(); ++i)
@@ -255,7 +255,7 @@ void spread_from(const Film& film, const std::vector<FrameSpan>& shots, std::siz
 std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames,
                                    const std::vector<FaceSample>& samples,
                                    const std::vector<FrameSpan>& shots, int width, int height) {
-  const Film film{frames, samples, width, height};
+  const SketchedFilm film{frames, samples, width, height};
   std::vector<ClipShot> out;
   std::vector<std::uint8_t> fit(shots.size(), 0);
   std::size_t main = 0;
@@ -272,10 +272,10 @@ std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames,
     if (const double seconds = seen.share() * (shot.to_s - shot.from_s); seconds > most)
       most = seconds, main = i;
     const bool brief = own.size() < kShortest || shot.to_s - shot.from_s < kShortest_s;
-    fit[i] = !brief && seen.share() >= kFaceShare;
-    shot.reason = brief                       ? fmt::format("it has only {} frames", own.size())
-                  : seen.share() < kFaceShare ? "no face"
-                                              : "another place, angle or crop";
+    fit[i] = !brief && seen.share() >= kShotFaceShare;
+    shot.reason = brief                           ? fmt::format("it has only {} frames", own.size())
+                  : seen.share() < kShotFaceShare ? "no face"
+                                                  : "another place, angle or crop";
   }
   if (most <= 0) {
     for (ClipShot& shot : out) shot.used = true;

@@ -27,7 +27,7 @@ constexpr double kBack = 0.06;      // of the way a mixture may go back
 constexpr double kBare = 0.04;      // of the other picture: none of it is seen
 constexpr std::size_t kLooks = 12;  // frames between the two that are looked at
 
-using Film = std::span<const FrameSketch>;
+using Sketches = std::span<const FrameSketch>;
 
 constexpr double kClearly = 1.3;  // times as far as in the frames around: a cell that stands out by itself
 constexpr double kOfHead = 0.3;  // of what is to be seen in the picture of the head; the wall beside it rests
@@ -39,7 +39,7 @@ struct StandingOut {
   double clearly = 0;  // share of the cells that stand out by themselves
 };
 
-StandingOut share_of(Film film, std::size_t i, CellChange FrameSketch::*part) {
+StandingOut share_of(Sketches film, std::size_t i, CellChange FrameSketch::*part) {
   const CellChange& own = film[i].*part;
   std::vector<const CellChange*> around;
   for (std::ptrdiff_t step = -kAround; step <= kAround; ++step) {
@@ -73,7 +73,7 @@ double way_between(const FrameSketch& a, const FrameSketch& b) {
 }
 
 // Shortly afterwards the picture is what it was before, or shortly before what it is now.
-bool is_flash(Film film, std::size_t cut) {
+bool is_flash(Sketches film, std::size_t cut) {
   const double way = way_between(film[cut - 1], film[cut]);
   for (std::size_t k = 1; k <= std::size_t(kFlash); ++k) {
     if (cut + k < film.size() && way_between(film[cut - 1], film[cut + k]) < kReturned * way) return true;
@@ -83,7 +83,7 @@ bool is_flash(Film film, std::size_t cut) {
 }
 
 // Frame by frame: whether it begins a shot.
-std::vector<std::uint8_t> sharp_cuts(Film film) {
+std::vector<std::uint8_t> sharp_cuts(Sketches film) {
   std::vector<std::uint8_t> cuts(film.size(), 0);
   parallel_for(film.size(), [&](std::size_t i) { cuts[i] = stands_out(film, i) >= 1; });
   for (std::size_t i = 1; i < film.size(); ++i)
@@ -133,7 +133,7 @@ Mixture unmix(const Changed& changed, const Image8& a, const Image8& b, const Im
 
 // Whether the frames between these two lead from the one to the other by mixing; then those that are mixed
 // are marked.
-void mark_mixed(Film film, std::size_t from, std::size_t to, std::vector<std::uint8_t>& mixed) {
+void mark_mixed(Sketches film, std::size_t from, std::size_t to, std::vector<std::uint8_t>& mixed) {
   const Changed changed = changed_between(film[from], film[to]);
   if (changed.share < kChanged) return;
   const Image8 &a = film[from].luma, &b = film[to].luma;
@@ -153,7 +153,7 @@ void mark_mixed(Film film, std::size_t from, std::size_t to, std::vector<std::ui
   }
 }
 
-std::vector<std::uint8_t> mixed_frames(Film film) {
+std::vector<std::uint8_t> mixed_frames(Sketches film) {
   std::vector<std::vector<std::uint8_t>> found(kLengths.size());
   parallel_for(kLengths.size(), [&](std::size_t k) {
     found[k].assign(film.size(), 0);
@@ -169,14 +169,14 @@ std::vector<std::uint8_t> mixed_frames(Film film) {
 
 }  // namespace
 
-double stands_out(Film film, std::size_t i) {
+double stands_out(Sketches film, std::size_t i) {
   if (i == 0) return 0;
   const StandingOut whole = share_of(film, i, &FrameSketch::whole),
                     head = share_of(film, i, &FrameSketch::head);
   return std::max({whole.usual, head.usual, head.clearly / kOfHead});
 }
 
-std::vector<FrameSpan> find_shots(Film film) {
+std::vector<FrameSpan> find_shots(Sketches film) {
   std::vector<FrameSpan> shots;
   const std::vector<std::uint8_t> cuts = sharp_cuts(film), mixed = mixed_frames(film);
   bool begins = true;

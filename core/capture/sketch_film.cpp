@@ -11,12 +11,13 @@
 namespace likeness {
 namespace {
 
-constexpr double kLongerSide = 96;                             // px
-constexpr int kHeadSide = 48, kHeadCell = 6;                   // px
-constexpr double kBeside = 0.35, kAbove = 0.5, kBelow = 0.35;  // of the face's width: head and hair
-constexpr double kMostWhole = 2;  // px: a cell that moved further has no place in a shake of the camera
+constexpr double kLongerSide = 96;            // px
+constexpr int kHeadSide = 48, kHeadCell = 6;  // px
+constexpr double kBesideHead = 0.35, kAboveHead = 0.5,
+                 kBelowHead = 0.35;  // of the face's width: head and hair
+constexpr double kMostWhole = 2;     // px: a cell that moved further has no place in a shake of the camera
 // A shake of the camera moves everything: it explains the picture, or there was none.
-constexpr int kReach = 6;                              // px of the sketch in 1/25 s
+constexpr int kShakes = 6;                             // px of the sketch in 1/25 s
 constexpr double kExplains = 0.95, kWorthALook = 0.5;  // of the motion; levels
 
 int whole_cells(double px) { return std::max(2, int(std::lround(px / kSketchCell))) * kSketchCell; }
@@ -72,8 +73,8 @@ Shift shake(const Image8& before, const Image8& after, const std::optional<Perso
   if (still < kWorthALook) return {};
   double least = still;
   int x = 0, y = 0;
-  for (int dy = -kReach; dy <= kReach; ++dy)
-    for (int dx = -kReach; dx <= kReach; ++dx)
+  for (int dy = -kShakes; dy <= kShakes; ++dy)
+    for (int dx = -kShakes; dx <= kShakes; ++dx)
       if (const double d = difference.at(dx, dy); d < least) least = d, x = dx, y = dy;
   return {x + lowest_between(difference.at(x - 1, y), least, difference.at(x + 1, y)),
           y + lowest_between(difference.at(x, y - 1), least, difference.at(x, y + 1))};
@@ -81,9 +82,10 @@ Shift shake(const Image8& before, const Image8& after, const std::optional<Perso
 
 Image8 head_picture(const Image8& picture, const FaceBox& face, double dx, double dy) {
   const double w = face.width;
-  const int x = int(std::lround(face.x - kBeside * w + dx)), y = int(std::lround(face.y - kAbove * w + dy)),
-            width = std::max(8, int(std::lround((1 + 2 * kBeside) * w))),
-            height = std::max(8, int(std::lround(face.height + (kAbove + kBelow) * w)));
+  const int x = int(std::lround(face.x - kBesideHead * w + dx)),
+            y = int(std::lround(face.y - kAboveHead * w + dy)),
+            width = std::max(8, int(std::lround((1 + 2 * kBesideHead) * w))),
+            height = std::max(8, int(std::lround(face.height + (kAboveHead + kBelowHead) * w)));
   return resize(crop(picture, x, y, width, height), kHeadSide, kHeadSide);
 }
 
