@@ -1,0 +1,350 @@
+// See choose_shots.h.
+#include "core/capture/choose_shots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "core/base/quantile.h"
+#include "core/capture/find_cuts.h"
+#include "core/capture/picture_cells.h"
+
+namespace likeness {
+namespace {
+
+constexpr double kShotFaceShare = 0.3;  // of a shot's looks
+constexpr double kShortest_s = 0.3;     // a shorter shot tells a track nothing that a longer one does not
+constexpr int kShortest = 5;            // frames, and
+constexpr std::size_t kViews = 15;      // frames that a median is taken of
+constexpr std::size_t kEnds = 3;        // frames before and after a cut
+// -- Whether two backgrounds are one. px of the sketch, 96 across.
+constexpr double kSamePlace = 0.5,
+                 kWander = 8;        // that it may be displaced: at rest; most that a hand wanders
+constexpr double kSameScale = 0.03;  // a punch-in begins at a twentieth
+constexpr double kAlike = 0.6, kMostCells = 0.7;     // correlation; share of what is to be seen
+constexpr double kTexture = 120;                     // levels x cells: with less there is nothing to compare
+constexpr double kFree = 0.03;                       // of the picture: the least that says anything
+constexpr double kSameLevel = 12, kSameFace = 1.15;  // levels, and ratio of the faces, before a plain wall
+
+struct Background {
+  Image8 luma;
+  std::vector<std::uint8_t> free;  // a pixel: 1 where nobody is
+  double face = 0;                 // width, px of the source; 0: none
+};
+
+struct SketchedFilm {
+  std::span<const FrameSketch> frames;
+  const std::vector<FaceSample>& samples;
+  int width, height;
+
+  std::span<const FrameSketch> of(const FrameSpan& span) const {
+    const auto from = std::ranges::lower_bound(frames, span.first, {}, &FrameSketch::frame),
+               to = std::ranges::upper_bound(frames, span.last, {}, &FrameSketch::frame);
+    return {from, to};
+  }
+};
+
+// The median of some frames of a stretch, and where nobody is in any of them.
+Background background_of(const SketchedFilm& film, std::span<const FrameSketch> stretch,
+                         const FrameSpan& shot, std::size_t views) {
+  Background background;
+  const std::size_t n = std::min(views, stretch.size());
+  background.luma = Image8(stretch[0].luma.width, stretch[0].luma.height, 1);
+  std::vector<float> values(n);
+  for (std::size_t p = 0; p < background.luma.data.size(); ++p) {
+    for (std::size_t k = 0; k < n; ++k)
+      values[k] = stretch[(2 * k + 1) * stretch.size() / (2 * n)].luma.data[p];
+    background.luma.data[p] = std::uint8_t(std::lround(median(values)));
+  }
+  background.free.assign(background.luma.data.size(), 1);
+  std::vector<double> widths;
+  for (const FaceSample& sample : film.samples) {
+    if (!sample.face || sample.frame < shot.first || sample.frame > shot.last) continue;
+    widths.push_back(sample.face->width);
+    const PersonPlace person = person_place(*sample.face, film.width, film.height);
+    const int w = background.luma.width, h = background.luma.height;
+    for (int y = 0; y < h; ++y)
+      for (int x = 0; x < w; ++x)
+        if (person.holds((x + 0.5) / w, (y + 0.5) / h)) background.free[std::size_t(y) * w + x] = 0;
+  }
+  background.face = median(std::move(widths));
+  return background;
+}
+
+// Where a background lies in another: a place u of the first is at centre + (1 + scale) (u - centre) + (x,
+// y).
+struct Placed {
+  double x = 0, y = 0, scale = 0;
+  // The farthest that a point of the picture is moved, px.
+  double reach(const Image8& picture) const {
+    return std::hypot(x, y) + std::abs(scale) * 0.5 * std::hypot(picture.width, picture.height);
+  }
+};
+
+Image8 placed_picture(const Image8& from, const Placed& at) {
+  Image8 out(from.width, from.height, 1);
+  const double cx = 0.5 * (from.width - 1), cy = 0.5 * (from.height - 1);
+  for (int y = 0; y < from.height; ++y)
+    for (int x = 0; x < from.width; ++x) {
+      const double u = std::clamp(cx + (x - cx - at.x) / (1 + at.scale), 0.0, double(from.width - 1)),
+                   v = std::clamp(cy + (y - cy - at.y) / (1 + at.scale), 0.0, double(from.height - 1));
+      const int u0 = int(u), v0 = int(v), u1 = std::min(u0 + 1, from.width - 1),
+                v1 = std::min(v0 + 1, from.height - 1);
+      const double s = u - u0, t = v - v0;
+      *out.at(x, y) = std::uint8_t(std::lround((1 - t) * ((1 - s) * *from.at(u0, v0) + s * *from.at(u1, v0)) +
+                                               t * ((1 - s) * *from.at(u0, v1) + s * *from.at(u1, v1))));
+    }
+  return out;
+}
+
+// Gauss-Newton on the free pixels, apart from brightness and contrast (Lucas & Kanade 1981).
+Placed place_in(const Background& a, const Background& b, const std::vector<std::uint8_t>& free) {
+  Placed at;
+  const int w = a.luma.width, h = a.luma.height;
+  const double cx = 0.5 * (w - 1), cy = 0.5 * (h - 1);
+  for (int iteration = 0; iteration < 15; ++iteration) {
+    const Image8 now = placed_picture(a.luma, at);
+    double sa = 0, sb = 0, saa = 0, sbb = 0, n = 1e-9;
+    for (std::size_t p = 0; p < free.size(); ++p) {
+      if (!free[p]) continue;
+      sa += now.data[p], sb += b.luma.data[p], saa += double(now.data[p]) * now.data[p],
+          sbb += double(b.luma.data[p]) * b.luma.data[p], ++n;
+    }
+    const double gain = std::clamp(
+        std::sqrt((sbb / n - sb / n * (sb / n) + 4) / (saa / n - sa / n * (sa / n) + 4)), 0.5, 2.0);
+    double m[3][3] = {}, r[3] = {};
+    for (int y = 1; y + 1 < h; ++y)
+      for (int x = 1; x + 1 < w; ++x) {
+        if (!free[std::size_t(y) * w + x]) continue;
+        const double gx = 0.5 * gain * (*now.at(x + 1, y) - *now.at(x - 1, y)),
+                     gy = 0.5 * gain * (*now.at(x, y + 1) - *now.at(x, y - 1));
+        const double rows[3] = {gx, gy, gx * (x - cx) + gy * (y - cy)};
+        const double off = (*b.luma.at(x, y) - sb / n) - gain * (*now.at(x, y) - sa / n);
+        const double trust = 1 / (1 + off * off / 144);  // what has moved counts little
+        for (int i = 0; i < 3; ++i) {
+          r[i] -= trust * rows[i] * off;
+          for (int j = 0; j < 3; ++j) m[i][j] += trust * rows[i] * rows[j];
+        }
+      }
+    for (int i = 0; i < 3; ++i) m[i][i] += 1e-3 + 1e-6 * m[i][i];
+    // Cramer's rule.
+    const auto det = [](const double(&k)[3][3]) {
+      return k[0][0] * (k[1][1] * k[2][2] - k[1][2] * k[2][1]) -
+             k[0][1] * (k[1][0] * k[2][2] - k[1][2] * k[2][0]) +
+             k[0][2] * (k[1][0] * k[2][1] - k[1][1] * k[2][0]);
+    };
+    const double whole = det(m);
+    double step[3];
+    for (int c = 0; c < 3; ++c) {
+      double k[3][3];
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) k[i][j] = j == c ? r[i] : m[i][j];
+      step[c] = whole != 0 ? det(k) / whole : 0;
+    }
+    at.x += std::clamp(step[0], -1.0, 1.0), at.y += std::clamp(step[1], -1.0, 1.0);
+    at.scale = std::clamp(at.scale + std::clamp(step[2], -0.02, 0.02), -0.3, 0.3);
+  }
+  return at;
+}
+
+enum class Same { no, yes, unknown };
+
+// Whether both show the same background, displaced by at most that many px.
+Same same_background(const Background& a, const Background& b, double displaced) {
+  std::vector<std::uint8_t> free(a.free);
+  double count = 0, level = 0;
+  for (std::size_t p = 0; p < free.size(); ++p) {
+    free[p] &= b.free[p];
+    if (free[p]) level += double(a.luma.data[p]) - b.luma.data[p], ++count;
+  }
+  if (count < kFree * double(free.size())) return Same::unknown;
+  const Placed at = place_in(a, b, free);
+  const CellChange change = compare_cells(placed_picture(a.luma, at), b.luma, kSketchCell);
+  const int columns = a.luma.width / kSketchCell;
+  double all = 0, alike = 0;
+  for (std::size_t c = 0; c < change.alike.size(); ++c) {
+    bool whole = true;
+    for (int y = 0; y < kSketchCell; ++y)
+      for (int x = 0; x < kSketchCell; ++x)
+        whole &= free[std::size_t(int(c) / columns * kSketchCell + y) * std::size_t(a.luma.width) +
+                      std::size_t(int(c) % columns * kSketchCell + x)] != 0;
+    if (!whole) continue;
+    // Of flat cells the correlation is that of noise.
+    const double shown = std::max(0.0, double(change.contrast[c]) - 2);
+    all += shown;
+    if (double(change.alike[c]) > kAlike) alike += shown;
+  }
+  if (all < kTexture / kSketchCell) return std::abs(level / count) < kSameLevel ? Same::unknown : Same::no;
+  const bool placed = at.reach(a.luma) <= displaced && std::abs(at.scale) <= kSameScale;
+  return placed && alike > kMostCells * all ? Same::yes : Same::no;
+}
+
+// A plain wall, or a face that fills the picture, says nothing: the face then keeps its size.
+bool same_place(const Background& a, const Background& b, double displaced) {
+  const Same same = same_background(a, b, displaced);
+  if (same != Same::unknown) return same == Same::yes;
+  if (a.face <= 0 || b.face <= 0) return false;
+  return std::max(a.face, b.face) < kSameFace * std::min(a.face, b.face);
+}
+
+// How far the camera wanders within a shot, px.
+double wander_of(const SketchedFilm& film, const FrameSpan& shot) {
+  const auto frames = film.of(shot);
+  if (frames.size() < 6) return 0;
+  const Background a = background_of(film, frames.first(frames.size() / 3), shot, kViews),
+                   b = background_of(film, frames.last(frames.size() / 3), shot, kViews);
+  std::vector<std::uint8_t> free(a.free);
+  double count = 0;
+  for (std::size_t p = 0; p < free.size(); ++p) count += free[p] &= b.free[p];
+  if (count < kFree * double(free.size())) return 0;
+  return std::min(kWander, place_in(a, b, free).reach(a.luma));
+}
+
+// What the looks at a shot say of its faces.
+struct Seen {
+  int looks = 0, faces = 0;
+  double share() const { return looks > 0 ? double(faces) / looks : 0; }
+};
+
+Seen seen_in(const std::vector<FaceSample>& samples, const FrameSpan& shot) {
+  Seen seen;
+  for (const FaceSample& sample : samples) {
+    if (sample.frame < shot.first || sample.frame > shot.last) continue;
+    ++seen.looks;
+    seen.faces += sample.face.has_value();
+  }
+  return seen;
+}
+
+// Marks what was filmed from the main shot's place: like it as a whole, or where two shots meet.
+void spread_from(const SketchedFilm& film, const std::vector<FrameSpan>& shots, std::size_t main,
+                 const std::vector<std::uint8_t>& fit, std::vector<ClipShot>& out) {
+  std::vector<Background> whole(shots.size());
+  for (std::size_t i = 0; i < shots.size(); ++i)
+    if (fit[i]) whole[i] = background_of(film, film.of(shots[i]), shots[i], kViews);
+  const double wander = wander_of(film, shots[main]);
+  const double displaced = kSamePlace + wander;
+  const auto meet = [&](std::size_t i, std::size_t j) {
+    const auto before = film.of(shots[i]), after = film.of(shots[j]);
+    return same_place(background_of(film, before.last(std::min(kEnds, before.size())), shots[i], kEnds),
+                      background_of(film, after.first(std::min(kEnds, after.size())), shots[j], kEnds),
+                      displaced);
+  };
+  std::vector<std::size_t> open{main};
+  out[main].used = true;
+  while (!open.empty()) {
+    const std::size_t i = open.back();
+    open.pop_back();
+    for (std::size_t j = 0; j < shots.size(); ++j) {
+      if (out[j].used || !fit[j]) continue;
+      // Only a camera that wanders is where it was at a cut and nowhere else.
+      const bool neighbours = wander > kSamePlace && (j == i + 1 || i == j + 1);
+      if (!same_place(whole[i], whole[j], displaced) && !(neighbours && meet(std::min(i, j), std::max(i, j))))
+        continue;
+      out[j].used = true;
+      open.push_back(j);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames,
+                                   const std::vector<FaceSample>& samples,
+                                   const std::vector<FrameSpan>& shots, int width, int height) {
+  const SketchedFilm film{frames, samples, width, height};
+  std::vector<ClipShot> out;
+  std::vector<std::uint8_t> fit(shots.size(), 0);
+  std::size_t main = 0;
+  double most = 0;
+  const double rate = frames.size() > 1 && frames.back().time_s > frames.front().time_s
+                          ? double(frames.size() - 1) / (frames.back().time_s - frames.front().time_s)
+                          : 25;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    const auto own = film.of(shots[i]);
+    ClipShot& shot = out.emplace_back();
+    shot.first = shots[i].first, shot.last = shots[i].last;
+    shot.from_s = own.front().time_s, shot.to_s = own.back().time_s + 1 / rate;
+    const Seen seen = seen_in(samples, shots[i]);
+    if (const double seconds = seen.share() * (shot.to_s - shot.from_s); seconds > most)
+      most = seconds, main = i;
+    const bool brief = own.size() < kShortest || shot.to_s - shot.from_s < kShortest_s;
+    fit[i] = !brief && seen.share() >= kShotFaceShare;
+    shot.reason = brief                           ? fmt::format("it has only {} frames", own.size())
+                  : seen.share() < kShotFaceShare ? "no face"
+                                                  : "another place, angle or crop";
+  }
+  if (most <= 0) {
+    for (ClipShot& shot : out) shot.used = true;
+  } else if (shots.size() > 1) {
+    spread_from(film, shots, main, fit, out);
+  } else {
+    out[0].used = true;
+  }
+  for (ClipShot& shot : out)
+    if (shot.used) shot.reason.clear();
+  return out;
+}
+
+std::vector<ClipShot> shots_of(const ClipScan& scan, const PixelRect& film, bool photographs) {
+  std::vector<FrameSpan> found;
+  if (!photographs) found = find_shots(scan.film);
+  if (found.size() > 1) {
+    std::vector<FaceSample> samples = scan.samples;  // in the film, as the sketches are
+    for (FaceSample& sample : samples)
+      if (sample.face) sample.face->x -= film.x, sample.face->y -= film.y;
+    return choose_shots(scan.film, samples, found, scan.info.width, scan.info.height);
+  }
+  std::vector<ClipShot> one;
+  if (scan.frames.empty()) return one;
+  const double rate = std::max(1.0, scan.info.frames_per_second);
+  FrameSpan all{scan.frames.front().frame, scan.frames.back().frame};
+  if (found.size() == 1) all = found[0];  // a fade at its begin or end is not in it
+  const auto time_of = [&](int frame) {
+    return std::ranges::lower_bound(scan.frames, frame, {}, &CaptureFrame::frame)->time_s;
+  };
+  one.push_back({all.first, all.last, time_of(all.first), time_of(all.last) + 1 / rate, true, ""});
+  return one;
+}
+
+std::string span_words(double from_s, double to_s) {
+  const auto clock = [](double s) {
+    const int whole = int(std::lround(s));
+    return fmt::format("{}:{:02}", whole / 60, whole % 60);
+  };
+  return clock(from_s) + "-" + clock(to_s);
+}
+
+std::string serving_words(const std::vector<ClipShot>& shots) {
+  // Cuts in place are of no concern here.
+  std::vector<std::pair<double, double>> stretches;
+  bool before = false;
+  for (const ClipShot& shot : shots) {
+    if (shot.used && before)
+      stretches.back().second = shot.to_s;
+    else if (shot.used)
+      stretches.emplace_back(shot.from_s, shot.to_s);
+    before = shot.used;
+  }
+  std::string words;
+  for (std::size_t i = 0; i < stretches.size(); ++i) {
+    if (i > 0) words += i + 1 == stretches.size() ? " and " : ", ";
+    words += span_words(stretches[i].first, stretches[i].second);
+  }
+  return words;
+}
+
+std::string counted_words(const std::vector<ClipShot>& shots) {
+  double left_out = 0;
+  for (const ClipShot& shot : shots)
+    if (!shot.used) left_out += shot.to_s - shot.from_s;
+  if (left_out <= 0) return "";
+  return fmt::format(
+      "The clip is cut: of it {} serves; the other {:.1f} s show another place, angle or crop, or no face.",
+      serving_words(shots), left_out);
+}
+
+}  // namespace likeness
