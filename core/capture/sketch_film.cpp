@@ -92,7 +92,7 @@ Image8 head_picture(const Image8& picture, const FaceBox& face, double dx, doubl
 }  // namespace
 
 PersonPlace person_place(const FaceBox& face, int width, int height) {
-  constexpr double kHeadroom = 0.8, kHair = 0.6, kShoulders = 1.2;  // of the face's width, beside it
+  constexpr double kHeadroom = 0.6, kHair = 0.4, kShoulders = 1;  // of the face's width, beside it
   const double w = face.width;
   return {
       {(face.x - kHair * w) / width, (face.x + (1 + kHair) * w) / width, (face.y - kHeadroom * w) / height},
