@@ -31,7 +31,7 @@ constexpr std::size_t kMostRepeats = 2;
 constexpr double kHeadJump = 0.065;  // mean of the logarithms of the excess; a blink is half of it at most
 // -- A flash.
 constexpr double kMost = 2;        // px: beyond, a cell shows something else
-constexpr int kFlash = 4;          // frames within which a picture returns after a flash
+constexpr std::size_t kFlash = 4;  // frames within which a picture returns after a flash
 constexpr double kReturned = 0.5;  // of its way
 // -- Gradual transitions.
 constexpr std::array<int, 9> kLengths{4,  6,  8,  12, 16,
@@ -139,12 +139,16 @@ double way_between(const FrameSketch& a, const FrameSketch& b, const std::option
   return mean_motion(compare_cells(cut_out(a.luma), cut_out(b.luma), kCell), kMost);
 }
 
-// Shortly afterwards the picture is what it was before, or shortly before what it is now.
-bool is_flash(Sketches film, std::size_t cut) {
+// Shortly afterwards the picture is what it was before, or shortly before what it is now. cuts: as found so
+// far. A head that returns jumps twice; one jump alone is no flash, whatever few pixels of a small head say.
+bool is_flash(Sketches film, const std::vector<std::uint8_t>& cuts, std::size_t cut) {
+  const std::size_t from = cut - std::min(cut, kFlash), to = std::min(film.size(), cut + kFlash + 1);
   const bool of_head = whole_stands_out(film, cut) < 1;
+  if (of_head && std::count(cuts.begin() + std::ptrdiff_t(from), cuts.begin() + std::ptrdiff_t(to), 1) < 2)
+    return false;
   const auto head = of_head ? film[cut].face : std::nullopt;
   const double way = way_between(film[cut - 1], film[cut], head);
-  for (std::size_t k = 1; k <= std::size_t(kFlash); ++k) {
+  for (std::size_t k = 1; k <= kFlash; ++k) {
     if (cut + k < film.size() && way_between(film[cut - 1], film[cut + k], head) < kReturned * way)
       return true;
     if (cut > k && way_between(film[cut - 1 - k], film[cut], head) < kReturned * way) return true;
@@ -154,10 +158,11 @@ bool is_flash(Sketches film, std::size_t cut) {
 
 // Frame by frame: whether it begins a shot.
 std::vector<std::uint8_t> sharp_cuts(Sketches film) {
-  std::vector<std::uint8_t> cuts(film.size(), 0);
-  parallel_for(film.size(), [&](std::size_t i) { cuts[i] = stands_out(film, i) >= 1; });
+  std::vector<std::uint8_t> found(film.size(), 0);
+  parallel_for(film.size(), [&](std::size_t i) { found[i] = stands_out(film, i) >= 1; });
+  std::vector<std::uint8_t> cuts = found;
   for (std::size_t i = 1; i < film.size(); ++i)
-    if (cuts[i] && is_flash(film, i)) cuts[i] = 0;
+    if (found[i] && is_flash(film, found, i)) cuts[i] = 0;
   return cuts;
 }
 
