@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <optional>
 
@@ -20,13 +21,15 @@ constexpr double kShortest_s = 0.3;     // a shorter shot tells a track nothing 
 constexpr int kShortest = 5;            // frames, and
 constexpr std::size_t kViews = 15;      // frames that a median is taken of
 constexpr std::size_t kEnds = 3;        // frames before and after a cut
+constexpr double kOften = 0.3;          // of the looks at a shot: where nobody is for longer is background
 // -- Whether two backgrounds are one. px of the sketch, 96 across.
-constexpr double kSamePlace = 0.5,
-                 kWander = 8;        // that it may be displaced: at rest; most that a hand wanders
-constexpr double kSameScale = 0.03;  // a punch-in begins at a twentieth
-constexpr double kAlike = 0.6, kMostCells = 0.7;     // correlation; share of what is to be seen
-constexpr double kTexture = 120;                     // levels x cells: with less there is nothing to compare
-constexpr double kFree = 0.03;                       // of the picture: the least that says anything
+constexpr double kDisplaced = 8;                  // by which a hand wanders, or somebody nudges a tripod
+constexpr double kSameScale = 0.03;               // a punch-in begins at a twentieth
+constexpr double kAlike = 0.6, kMostCells = 0.6;  // correlation; share of what is to be seen
+constexpr double kMostOfPerson = 0.4;             // of head and clothes, which move
+constexpr std::size_t kPartOfCell = 16;           // px of a cell that are free: fewer say nothing
+constexpr double kTexture = 15;  // levels, summed over cells: with less there is nothing to compare
+constexpr double kFree = 0.03;   // of the picture: the least that says anything
 constexpr double kSameLevel = 12, kSameFace = 1.15;  // levels, and ratio of the faces, before a plain wall
 
 struct Background {
@@ -59,7 +62,8 @@ Background background_of(const SketchedFilm& film, std::span<const FrameSketch> 
       values[k] = stretch[(2 * k + 1) * stretch.size() / (2 * n)].luma.data[p];
     background.luma.data[p] = std::uint8_t(std::lround(median(values)));
   }
-  background.free.assign(background.luma.data.size(), 1);
+  const std::size_t pixels = background.luma.data.size();
+  std::vector<int> covered(pixels, 0);
   std::vector<double> widths;
   for (const FaceSample& sample : film.samples) {
     if (!sample.face || sample.frame < shot.first || sample.frame > shot.last) continue;
@@ -68,8 +72,11 @@ Background background_of(const SketchedFilm& film, std::span<const FrameSketch> 
     const int w = background.luma.width, h = background.luma.height;
     for (int y = 0; y < h; ++y)
       for (int x = 0; x < w; ++x)
-        if (person.holds((x + 0.5) / w, (y + 0.5) / h)) background.free[std::size_t(y) * w + x] = 0;
+        covered[std::size_t(y) * w + x] += person.holds((x + 0.5) / w, (y + 0.5) / h);
   }
+  background.free.resize(pixels);
+  for (std::size_t p = 0; p < pixels; ++p)
+    background.free[p] = double(covered[p]) <= kOften * double(widths.size());
   background.face = median(std::move(widths));
   return background;
 }
@@ -78,10 +85,6 @@ Background background_of(const SketchedFilm& film, std::span<const FrameSketch> 
 // y).
 struct Placed {
   double x = 0, y = 0, scale = 0;
-  // The farthest that a point of the picture is moved, px.
-  double reach(const Image8& picture) const {
-    return std::hypot(x, y) + std::abs(scale) * 0.5 * std::hypot(picture.width, picture.height);
-  }
 };
 
 Image8 placed_picture(const Image8& from, const Placed& at) {
@@ -150,10 +153,50 @@ Placed place_in(const Background& a, const Background& b, const std::vector<std:
   return at;
 }
 
+// What two pictures, which are one but for brightness and contrast, share in the free pixels.
+struct Likeness {
+  double shown = 0, alike = 0;  // levels, summed over the cells: of all, and of those that correlate
+};
+
+// Of one cell's free pixels.
+void add_cell(const Image8& a, const Image8& b, const std::vector<std::uint8_t>& free, int left, int top,
+              Likeness& likeness) {
+  double n = 0, sa = 0, sb = 0, saa = 0, sbb = 0, sab = 0;
+  for (int y = top; y < top + kSketchCell; ++y)
+    for (int x = left; x < left + kSketchCell; ++x) {
+      if (!free[std::size_t(y) * std::size_t(a.width) + std::size_t(x)]) continue;
+      const double u = *a.at(x, y), v = *b.at(x, y);
+      n += 1, sa += u, sb += v, saa += u * u, sbb += v * v, sab += u * v;
+    }
+  if (n < double(kPartOfCell)) return;
+  const double va = std::max(0.0, saa / n - sa / n * (sa / n)),
+               vb = std::max(0.0, sbb / n - sb / n * (sb / n)), together = sab / n - sa / n * (sb / n);
+  // Of flat cells the correlation is that of noise.
+  const double shown = std::clamp(std::sqrt(std::max(va, vb)) - 2, 0.0, 22.0);
+  likeness.shown += shown;
+  if (together > kAlike * std::sqrt((va + 4) * (vb + 4))) likeness.alike += shown;
+}
+
+Likeness likeness_of(const Image8& a, const Image8& b, const std::vector<std::uint8_t>& free) {
+  Likeness likeness;
+  for (int top = 0; top < a.height; top += kSketchCell)
+    for (int left = 0; left < a.width; left += kSketchCell) add_cell(a, b, free, left, top, likeness);
+  return likeness;
+}
+
 enum class Same { no, yes, unknown };
 
-// Whether both show the same background, displaced by at most that many px.
-Same same_background(const Background& a, const Background& b, double displaced) {
+// Whether both show the same in the free pixels, but for what a hand does.
+Same same_picture(const Background& a, const Background& b, const std::vector<std::uint8_t>& free,
+                  double share) {
+  const Placed at = place_in(a, b, free);
+  const Likeness likeness = likeness_of(placed_picture(a.luma, at), b.luma, free);
+  if (likeness.shown < kTexture) return Same::unknown;
+  const bool placed = std::hypot(at.x, at.y) <= kDisplaced && std::abs(at.scale) <= kSameScale;
+  return placed && likeness.alike > share * likeness.shown ? Same::yes : Same::no;
+}
+
+Same same_background(const Background& a, const Background& b) {
   std::vector<std::uint8_t> free(a.free);
   double count = 0, level = 0;
   for (std::size_t p = 0; p < free.size(); ++p) {
@@ -161,46 +204,18 @@ Same same_background(const Background& a, const Background& b, double displaced)
     if (free[p]) level += double(a.luma.data[p]) - b.luma.data[p], ++count;
   }
   if (count < kFree * double(free.size())) return Same::unknown;
-  const Placed at = place_in(a, b, free);
-  const CellChange change = compare_cells(placed_picture(a.luma, at), b.luma, kSketchCell);
-  const int columns = a.luma.width / kSketchCell;
-  double all = 0, alike = 0;
-  for (std::size_t c = 0; c < change.alike.size(); ++c) {
-    bool whole = true;
-    for (int y = 0; y < kSketchCell; ++y)
-      for (int x = 0; x < kSketchCell; ++x)
-        whole &= free[std::size_t(int(c) / columns * kSketchCell + y) * std::size_t(a.luma.width) +
-                      std::size_t(int(c) % columns * kSketchCell + x)] != 0;
-    if (!whole) continue;
-    // Of flat cells the correlation is that of noise.
-    const double shown = std::max(0.0, double(change.contrast[c]) - 2);
-    all += shown;
-    if (double(change.alike[c]) > kAlike) alike += shown;
-  }
-  if (all < kTexture / kSketchCell) return std::abs(level / count) < kSameLevel ? Same::unknown : Same::no;
-  const bool placed = at.reach(a.luma) <= displaced && std::abs(at.scale) <= kSameScale;
-  return placed && alike > kMostCells * all ? Same::yes : Same::no;
+  const Same same = same_picture(a, b, free, kMostCells);
+  return same == Same::unknown && std::abs(level / count) > kSameLevel ? Same::no : same;
 }
 
-// A plain wall, or a face that fills the picture, says nothing: the face then keeps its size.
-bool same_place(const Background& a, const Background& b, double displaced) {
-  const Same same = same_background(a, b, displaced);
+// A plain wall, or a face that fills the picture, says nothing: then the face keeps its size, and head and
+// clothes look as they did.
+bool same_place(const Background& a, const Background& b) {
+  const Same same = same_background(a, b);
   if (same != Same::unknown) return same == Same::yes;
-  if (a.face <= 0 || b.face <= 0) return false;
-  return std::max(a.face, b.face) < kSameFace * std::min(a.face, b.face);
-}
-
-// How far the camera wanders within a shot, px.
-double wander_of(const SketchedFilm& film, const FrameSpan& shot) {
-  const auto frames = film.of(shot);
-  if (frames.size() < 6) return 0;
-  const Background a = background_of(film, frames.first(frames.size() / 3), shot, kViews),
-                   b = background_of(film, frames.last(frames.size() / 3), shot, kViews);
-  std::vector<std::uint8_t> free(a.free);
-  double count = 0;
-  for (std::size_t p = 0; p < free.size(); ++p) count += free[p] &= b.free[p];
-  if (count < kFree * double(free.size())) return 0;
-  return std::min(kWander, place_in(a, b, free).reach(a.luma));
+  if (a.face <= 0 || b.face <= 0 || std::max(a.face, b.face) > kSameFace * std::min(a.face, b.face))
+    return false;
+  return same_picture(a, b, std::vector<std::uint8_t>(a.luma.data.size(), 1), kMostOfPerson) != Same::no;
 }
 
 // What the looks at a shot say of its faces.
@@ -219,19 +234,17 @@ Seen seen_in(const std::vector<FaceSample>& samples, const FrameSpan& shot) {
   return seen;
 }
 
-// Marks what was filmed from the main shot's place: like it as a whole, or where two shots meet.
+// Marks what was filmed from the main shot's place: like it, or like one that is, as a whole or where the two
+// meet - a camera that wanders is where it was at a cut, and nowhere else.
 void spread_from(const SketchedFilm& film, const std::vector<FrameSpan>& shots, std::size_t main,
                  const std::vector<std::uint8_t>& fit, std::vector<ClipShot>& out) {
   std::vector<Background> whole(shots.size());
   for (std::size_t i = 0; i < shots.size(); ++i)
     if (fit[i]) whole[i] = background_of(film, film.of(shots[i]), shots[i], kViews);
-  const double wander = wander_of(film, shots[main]);
-  const double displaced = kSamePlace + wander;
   const auto meet = [&](std::size_t i, std::size_t j) {
     const auto before = film.of(shots[i]), after = film.of(shots[j]);
     return same_place(background_of(film, before.last(std::min(kEnds, before.size())), shots[i], kEnds),
-                      background_of(film, after.first(std::min(kEnds, after.size())), shots[j], kEnds),
-                      displaced);
+                      background_of(film, after.first(std::min(kEnds, after.size())), shots[j], kEnds));
   };
   std::vector<std::size_t> open{main};
   out[main].used = true;
@@ -240,10 +253,8 @@ void spread_from(const SketchedFilm& film, const std::vector<FrameSpan>& shots, 
     open.pop_back();
     for (std::size_t j = 0; j < shots.size(); ++j) {
       if (out[j].used || !fit[j]) continue;
-      // Only a camera that wanders is where it was at a cut and nowhere else.
-      const bool neighbours = wander > kSamePlace && (j == i + 1 || i == j + 1);
-      if (!same_place(whole[i], whole[j], displaced) && !(neighbours && meet(std::min(i, j), std::max(i, j))))
-        continue;
+      const bool neighbours = j == i + 1 || i == j + 1;
+      if (!same_place(whole[i], whole[j]) && !(neighbours && meet(std::min(i, j), std::max(i, j)))) continue;
       out[j].used = true;
       open.push_back(j);
     }
@@ -266,7 +277,7 @@ std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames,
   for (std::size_t i = 0; i < shots.size(); ++i) {
     const auto own = film.of(shots[i]);
     ClipShot& shot = out.emplace_back();
-    shot.first = shots[i].first, shot.last = shots[i].last;
+    shot.used = false, shot.first = shots[i].first, shot.last = shots[i].last;
     shot.from_s = own.front().time_s, shot.to_s = own.back().time_s + 1 / rate;
     const Seen seen = seen_in(samples, shots[i]);
     if (const double seconds = seen.share() * (shot.to_s - shot.from_s); seconds > most)

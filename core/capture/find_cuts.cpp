@@ -5,23 +5,40 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <optional>
 
 #include "core/base/parallel.h"
 
 namespace likeness {
 namespace {
 
-constexpr std::ptrdiff_t kAround = 5;  // frames to either side that a cut is compared with
-constexpr double kStill = 0.33;        // px that a cell may move unheeded: noise, breath, a coder's key frame
-constexpr double kLeast = 0.05;    // of a share: a cell that rests says no more than one that hardly moves
+// -- A cut that all of the picture shows.
+constexpr std::size_t kAround = 5;  // frames to either side that it is compared with
+constexpr double kAnyTime_s = 1e9;
+constexpr double kStill = 0.33;  // px that a cell may move unheeded: noise, breath, a coder's key frame
+constexpr double kLeast = 0.05;  // of a share: a cell that rests says no more than one that hardly moves
+constexpr double kBlank = 0.1;   // levels per px, on the mean: less shows nothing
+// -- A cut in place, where the wall rests and the head jumps: cells of the head move many times as far as
+// they do in the tenths of a second around, and further than nearly ever in the seconds around.
+constexpr double kNear_s = 0.4, kFar_s = 2;  // to either side
+constexpr double kSeldom = 1.0 / 30;         // of the frames in these seconds move further
+constexpr std::size_t kEdge = 3;             // frames of a film that must lie before and behind
+constexpr double kStillHead = 0.05;          // px of the picture of the head, 48 across
+constexpr double kJump = 2;                  // times as far; of frames that are 1/25 s apart
+constexpr double kRepeat = 0.02;             // px: the frame before was shown once more, so this is two steps
+constexpr std::size_t kMostRepeats = 2;
+constexpr double kHeadJump = 0.065;  // mean of the logarithms of the excess; a blink is half of it at most
+// -- A flash.
 constexpr double kMost = 2;        // px: beyond, a cell shows something else
-constexpr int kFlash = 4;          // frames within which a picture returns after a flash
+constexpr std::size_t kFlash = 4;  // frames within which a picture returns after a flash
 constexpr double kReturned = 0.5;  // of its way
 // -- Gradual transitions.
 constexpr std::array<int, 9> kLengths{4,  6,  8,  12, 16,
                                       24, 32, 48, 64};  // frames from a picture to the one after
 constexpr double kUnlike = 0.5, kShown = 3;  // correlation below which a cell shows something else; levels
 constexpr double kChanged = 0.2;             // of the picture must
+constexpr double kAsUsual = 0.5;             // of that, just before or after
 constexpr double kUnmixed = 0.25;   // of the difference between both pictures that a mixture may leave
 constexpr double kBack = 0.06;      // of the way a mixture may go back
 constexpr double kBare = 0.04;      // of the other picture: none of it is seen
@@ -29,65 +46,123 @@ constexpr std::size_t kLooks = 12;  // frames between the two that are looked at
 
 using Sketches = std::span<const FrameSketch>;
 
-constexpr double kClearly = 1.3;  // times as far as in the frames around: a cell that stands out by itself
-constexpr double kOfHead = 0.3;  // of what is to be seen in the picture of the head; the wall beside it rests
-
-// The usual share by which the cells move further than in the frames around; 0 where nothing is known. The
-// frame around in which a cell moves most does not count: it may begin or end a shot, too.
-struct StandingOut {
-  double usual = 0;    // geometric mean over the cells
-  double clearly = 0;  // share of the cells that stand out by themselves
-};
-
-StandingOut share_of(Sketches film, std::size_t i, CellChange FrameSketch::*part) {
-  const CellChange& own = film[i].*part;
+// The changes within a time of frame i, its own left out, of those that are like its own.
+std::vector<const CellChange*> changes_around(Sketches film, std::size_t i, CellChange FrameSketch::*part,
+                                              double reach_s) {
+  const std::size_t cells = (film[i].*part).moved.size();
   std::vector<const CellChange*> around;
-  for (std::ptrdiff_t step = -kAround; step <= kAround; ++step) {
-    const std::ptrdiff_t j = std::ptrdiff_t(i) + step;
-    if (step == 0 || j < 0 || j >= std::ptrdiff_t(film.size())) continue;
-    const CellChange& other = film[std::size_t(j)].*part;
-    if (other.moved.size() == own.moved.size()) around.push_back(&other);
-  }
-  if (own.moved.empty() || around.size() < 2) return {};
-  double sum = 0, weight = 0, clear = 0;
+  const auto take = [&](const FrameSketch& frame) {
+    if ((frame.*part).moved.size() == cells) around.push_back(&(frame.*part));
+  };
+  for (std::size_t j = i; j-- > 0 && film[i].time_s - film[j].time_s <= reach_s;) take(film[j]);
+  for (std::size_t j = i + 1; j < film.size() && film[j].time_s - film[i].time_s <= reach_s; ++j)
+    take(film[j]);
+  return around;
+}
+
+// What a cell moves in the frames around, px: the n-th farthest, counted from 0. The farthest of all may
+// begin or end a shot, too.
+double moved_around(const std::vector<const CellChange*>& around, std::size_t cell, std::size_t n,
+                    std::vector<float>& moved) {
+  moved.clear();
+  for (const CellChange* other : around) moved.push_back(other->moved[cell]);
+  const auto at = moved.begin() + std::ptrdiff_t(std::min(n, moved.size() - 1));
+  std::ranges::nth_element(moved, at, std::ranges::greater());
+  return double(*at);
+}
+
+bool shows_something(const CellChange& change) {
+  double weight = 0;
+  for (const float gradient : change.gradient) weight += double(gradient);
+  return weight > kBlank * double(change.gradient.size());
+}
+
+// The usual share by which the cells of the picture move further than in the frames around: their geometric
+// mean. 0 where nothing is known.
+double whole_stands_out(Sketches film, std::size_t i) {
+  const CellChange& own = film[i].whole;
+  const std::size_t from = i - std::min(i, kAround);
+  const Sketches near = film.subspan(from, std::min(film.size() - from, i - from + kAround + 1));
+  const auto around = changes_around(near, i - from, &FrameSketch::whole, kAnyTime_s);
+  if (own.moved.empty() || around.size() < 2 || !shows_something(own)) return 0;
+  double sum = 0, weight = 0;
+  std::vector<float> moved;
   for (std::size_t c = 0; c < own.moved.size(); ++c) {
-    float most = 0, second = 0;
-    for (const CellChange* other : around) {
-      const float moved = other->moved[c];
-      if (moved > most)
-        second = most, most = moved;
-      else
-        second = std::max(second, moved);
-    }
-    const double share = own.moved[c] / (second + kStill);
-    sum += own.gradient[c] * std::log(std::max(kLeast, share));
-    weight += own.gradient[c];
-    if (share > kClearly) clear += own.gradient[c];
+    const double share = double(own.moved[c]) / (moved_around(around, c, 1, moved) + kStill);
+    sum += double(own.gradient[c]) * std::log(std::max(kLeast, share));
+    weight += double(own.gradient[c]);
   }
-  if (weight <= 0.1 * double(own.moved.size())) return {};  // nothing is to be seen
-  return {std::exp(sum / weight), clear / weight};
+  return std::exp(sum / weight);
 }
 
-double way_between(const FrameSketch& a, const FrameSketch& b) {
-  return mean_motion(compare_cells(a.luma, b.luma, kSketchCell), kMost);
+// How many times as far as before a frame may move because of its distance from the last one that shows
+// something new: who starts to move is the faster the longer nobody looks.
+double allowed_for_step(Sketches film, std::size_t i) {
+  std::size_t last = i - 1;
+  for (std::size_t repeats = 0; repeats < kMostRepeats && last > 0; ++repeats, --last)
+    if (film[last].head.moved.empty() || mean_motion(film[last].head, kMost) >= kRepeat) break;
+  return kJump * std::sqrt(std::max(1.0, 25 * (film[i].time_s - film[last].time_s)));
 }
 
-// Shortly afterwards the picture is what it was before, or shortly before what it is now.
-bool is_flash(Sketches film, std::size_t cut) {
-  const double way = way_between(film[cut - 1], film[cut]);
-  for (std::size_t k = 1; k <= std::size_t(kFlash); ++k) {
-    if (cut + k < film.size() && way_between(film[cut - 1], film[cut + k]) < kReturned * way) return true;
-    if (cut > k && way_between(film[cut - 1 - k], film[cut]) < kReturned * way) return true;
+// How far the head moves beyond what it does around, as the mean over its cells of the logarithm.
+double head_jump(Sketches film, std::size_t i) {
+  const CellChange& own = film[i].head;
+  // What begins at the very end of a film is as well the begin of a motion.
+  if (own.moved.empty() || !shows_something(own) || i < kEdge || i + kEdge >= film.size()) return 0;
+  const auto near = changes_around(film, i, &FrameSketch::head, kNear_s),
+             far = changes_around(film, i, &FrameSketch::head, kFar_s);
+  if (near.size() < 2) return 0;
+  const double allowed = allowed_for_step(film, i);
+  const std::size_t seldom =
+      std::max<std::size_t>(1, std::size_t(std::lround(kSeldom * double(far.size())))) - 1;
+  double excess = 0, weight = 0;
+  std::vector<float> moved;
+  for (std::size_t c = 0; c < own.moved.size(); ++c) {
+    const double usual = std::max(allowed * (moved_around(near, c, 1, moved) + kStillHead),
+                                  moved_around(far, c, seldom, moved));
+    excess += double(own.gradient[c]) * std::log(std::max(1.0, double(own.moved[c]) / usual));
+    weight += double(own.gradient[c]);
+  }
+  return excess / weight;
+}
+
+// Of the two pictures, or of the head in them.
+double way_between(const FrameSketch& a, const FrameSketch& b, const std::optional<FaceBox>& head) {
+  if (!head) return mean_motion(compare_cells(a.luma, b.luma, kSketchCell), kMost);
+  constexpr int kSide = 24, kCell = 6;
+  const auto cut_out = [&](const Image8& picture) {
+    return resize(
+        crop(picture, int(std::lround(head->x)), int(std::lround(head->y)),
+             std::max(4, int(std::lround(head->width))), std::max(4, int(std::lround(head->height)))),
+        kSide, kSide);
+  };
+  return mean_motion(compare_cells(cut_out(a.luma), cut_out(b.luma), kCell), kMost);
+}
+
+// Shortly afterwards the picture is what it was before, or shortly before what it is now. cuts: as found so
+// far. A head that returns jumps twice; one jump alone is no flash, whatever few pixels of a small head say.
+bool is_flash(Sketches film, const std::vector<std::uint8_t>& cuts, std::size_t cut) {
+  const std::size_t from = cut - std::min(cut, kFlash), to = std::min(film.size(), cut + kFlash + 1);
+  const bool of_head = whole_stands_out(film, cut) < 1;
+  if (of_head && std::count(cuts.begin() + std::ptrdiff_t(from), cuts.begin() + std::ptrdiff_t(to), 1) < 2)
+    return false;
+  const auto head = of_head ? film[cut].face : std::nullopt;
+  const double way = way_between(film[cut - 1], film[cut], head);
+  for (std::size_t k = 1; k <= kFlash; ++k) {
+    if (cut + k < film.size() && way_between(film[cut - 1], film[cut + k], head) < kReturned * way)
+      return true;
+    if (cut > k && way_between(film[cut - 1 - k], film[cut], head) < kReturned * way) return true;
   }
   return false;
 }
 
 // Frame by frame: whether it begins a shot.
 std::vector<std::uint8_t> sharp_cuts(Sketches film) {
-  std::vector<std::uint8_t> cuts(film.size(), 0);
-  parallel_for(film.size(), [&](std::size_t i) { cuts[i] = stands_out(film, i) >= 1; });
+  std::vector<std::uint8_t> found(film.size(), 0);
+  parallel_for(film.size(), [&](std::size_t i) { found[i] = stands_out(film, i) >= 1; });
+  std::vector<std::uint8_t> cuts = found;
   for (std::size_t i = 1; i < film.size(); ++i)
-    if (cuts[i] && is_flash(film, i)) cuts[i] = 0;
+    if (found[i] && is_flash(film, found, i)) cuts[i] = 0;
   return cuts;
 }
 
@@ -147,6 +222,11 @@ void mark_mixed(Sketches film, std::size_t from, std::size_t to, std::vector<std
     halfway |= m.share > 0.25 && m.share < 0.75;
   }
   if (!halfway) return;
+  // Where as much changes before and after, it is the way the film moves.
+  const std::size_t length = to - from;
+  const double usual = kAsUsual * changed.share;
+  if (from >= length && changed_between(film[from - length], film[from]).share > usual) return;
+  if (to + length < film.size() && changed_between(film[to], film[to + length]).share > usual) return;
   for (std::size_t t = from + 1; t < to; ++t) {
     const double share = unmix(changed, a, b, film[t].luma).share;
     if (share > kBare && share < 1 - kBare) mixed[t] = 1;
@@ -170,10 +250,7 @@ std::vector<std::uint8_t> mixed_frames(Sketches film) {
 }  // namespace
 
 double stands_out(Sketches film, std::size_t i) {
-  if (i == 0) return 0;
-  const StandingOut whole = share_of(film, i, &FrameSketch::whole),
-                    head = share_of(film, i, &FrameSketch::head);
-  return std::max({whole.usual, head.usual, head.clearly / kOfHead});
+  return i == 0 ? 0 : std::max(whole_stands_out(film, i), head_jump(film, i) / kHeadJump);
 }
 
 std::vector<FrameSpan> find_shots(Sketches film) {

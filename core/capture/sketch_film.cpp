@@ -92,9 +92,12 @@ Image8 head_picture(const Image8& picture, const FaceBox& face, double dx, doubl
 }  // namespace
 
 PersonPlace person_place(const FaceBox& face, int width, int height) {
-  constexpr double kHeadroom = 0.8, kShoulders = 1.2;  // of the face's width
-  return {(face.x - kShoulders * face.width) / width, (face.y - kHeadroom * face.width) / height,
-          (face.x + (1 + kShoulders) * face.width) / width};
+  constexpr double kHeadroom = 0.6, kHair = 0.4, kShoulders = 1;  // of the face's width, beside it
+  const double w = face.width;
+  return {
+      {(face.x - kHair * w) / width, (face.x + (1 + kHair) * w) / width, (face.y - kHeadroom * w) / height},
+      {(face.x - kShoulders * w) / width, (face.x + (1 + kShoulders) * w) / width,
+       (face.y + face.height) / height}};
 }
 
 FilmSketcher::FilmSketcher(const VideoInfo& info) {
@@ -106,6 +109,10 @@ void FilmSketcher::add(const VideoFrame& frame, const std::optional<FaceBox>& fa
   FrameSketch sketch{frame.index, frame.time_s, resize(frame.rgb, width_, height_)};
   const bool follows =
       !before_.empty() && before_.width == frame.rgb.width && before_.height == frame.rgb.height;
+  if (face) {
+    const double across = double(width_) / frame.rgb.width, down = double(height_) / frame.rgb.height;
+    sketch.face = FaceBox{face->x * across, face->y * down, face->width * across, face->height * down, 0};
+  }
   if (follows) {
     const Image8& before = sketches_.back().luma;
     std::optional<PersonPlace> person;

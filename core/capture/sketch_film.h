@@ -24,13 +24,18 @@ struct FrameSketch {
   CellChange whole{};
   // The same of head and hair, in px of a picture of them of 48 px; empty where no face is known yet.
   CellChange head{};
+  std::optional<FaceBox> face{};  // where it was last found, px of the sketch
 };
 
-// Where a person whose face is known may be: head, shoulders and all below them. Shares of the picture's
-// width and height.
+// Where a person whose face is known may be: head and hair with all below them, shoulders with all below
+// them. Shares of the picture's width and height.
 struct PersonPlace {
-  double left = 0, top = 0, right = 0;
-  bool holds(double x, double y) const { return x > left && x < right && y > top; }
+  struct Column {
+    double left = 0, right = 0, top = 0;
+    bool holds(double x, double y) const { return x > left && x < right && y > top; }
+  };
+  Column head, body;
+  bool holds(double x, double y) const { return head.holds(x, y) || body.holds(x, y); }
 };
 PersonPlace person_place(const FaceBox& face, int width, int height);  // source px
 
