@@ -213,9 +213,11 @@ Result<AlignResult> found_out(Search& search, const Progress& progress) {
         100 * fit.unexplained, fit.frames);
   }
   const auto untextured = [&](const CameraVerdict& verdict) {
-    return resting_result(
+    AlignResult result = resting_result(
         search.info, search.options, frames,
         verdict.reason + " It is taken to rest, which makes no difference before such a wall.");
+    result.kind_assumed = true;
+    return result;
   };
   // A clip of which nothing can tell need not be solved to find that out.
   const double textured = share_with_texture(background_frames(search));
@@ -235,6 +237,7 @@ Result<AlignResult> found_out(Search& search, const Progress& progress) {
   if (*walked) return std::move(**walked);
   if (search.missing) return *search.missing;  // it walks, and could be followed
   auto result = handheld_result(search, *solve, "The camera is taken to be hand-held. " + verdict.reason);
+  result.kind_assumed = true;
   result.warnings.push_back(
       "The camera travels, and no path was found for it, so parts of the background will be soft." +
       search.doubts + " For a sharper result rest the phone on something, or walk slowly round the head.");

@@ -382,7 +382,7 @@ int parts_with_texture(const std::vector<TileSums>& parts, const LevelTerms& ter
 // pictures disagree entirely, too, which no search for the right place survives.
 double misplaced_px(const std::vector<TileSums>& parts, const Intrinsics& reference) {
   constexpr float kNoise = 2;  // variance, grey values: of two coded pictures, one level down
-  const float limit = float(0.004 * std::max(reference.width, reference.height));
+  const float limit = float(misfit_limit_px(reference));
   std::vector<double> off;
   for (const TileSums& part : parts) {
     const float slope = part.steep / 2;

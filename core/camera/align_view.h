@@ -8,6 +8,7 @@
 // value for each tile of the picture, as large as the tiles' mean residuals are found to be, and eliminated.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -42,6 +43,17 @@ struct AlignedView {
                           // median of the parts whose texture can tell; -1 where there are too few
   int parts = 0;          // with texture enough to be found by themselves
 };
+
+// How far parts of a background may lie off where the model of the camera puts them, as a share of the
+// picture's longer side: 2 px at 480. A swaying hand, a distorting lens, a rolling shutter and a codec stay
+// below half of it; a camera that travels is far beyond.
+inline constexpr double kMisfitLimit = 0.004;
+inline double misfit_limit_px(const Intrinsics& reference) {
+  return kMisfitLimit * std::max(reference.width, reference.height);
+}
+
+// A picture of which fewer parts have texture tells nothing.
+inline constexpr int kPartsToTell = 4;
 
 // reference: intrinsics of the picture's level 0 at zoom 1. Levels from `coarsest` down to `finest` (0).
 AlignedView align_view(const std::vector<GreyPicture>& picture, const Intrinsics& reference,

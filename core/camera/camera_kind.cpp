@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "core/camera/align_view.h"
+
 namespace likeness {
 
 CameraVerdict without_texture(double judged, const CameraKindLimits& limits) {

@@ -11,6 +11,9 @@ namespace likeness {
 // One channel, 0..255; NaN where nothing is known (the person, what no frame saw).
 using GreyPicture = Image;
 
+// Px at a film's border that resampling and coding spoil.
+inline constexpr int kSpoiltRim = 2;
+
 // hole: one channel of the same size, non-zero = not known; may be null. The outermost `rim` pixels, which
 // resampling and coding spoil, are not known either.
 GreyPicture grey_picture(const Image8& grey, const Image8* hole, int rim);

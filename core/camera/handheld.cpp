@@ -13,7 +13,6 @@
 #include "core/base/quantile.h"
 #include "core/base/rigid.h"
 #include "core/camera/align_view.h"
-#include "core/camera/assumed_lens.h"
 #include "core/camera/grey_mosaic.h"
 #include "core/camera/mosaic_geometry.h"
 #include "core/camera/view_pairs.h"
@@ -21,11 +20,9 @@
 namespace likeness {
 namespace {
 
-constexpr int kRim = 2;                    // px at the border, spoilt by resampling and coding
 constexpr double kLeastBackground = 0.02;  // share of the picture that must be background to align by
 // A frame is found where so much of its background has a place in the mosaic, and so much of this agrees.
 constexpr double kFoundOverlap = 0.3, kFoundInliers = 0.6;
-constexpr int kPartsToTell = 4;  // with texture: a frame of which fewer have any tells nothing
 
 // A frame on its way to a camera.
 struct Solving {
@@ -45,7 +42,7 @@ struct Solver {
   std::vector<std::size_t> training;  // ascending; into frames
 
   std::vector<GreyPicture> pyramid(const Solving& frame) const {
-    return grey_pyramid(grey_picture(*frame.given->grey, frame.given->person, kRim), levels);
+    return grey_pyramid(grey_picture(*frame.given->grey, frame.given->person, kSpoiltRim), levels);
   }
   ViewPrior prior() const {
     ViewPrior prior;
@@ -224,7 +221,7 @@ ViewTarget rebuild_mosaic(const Solver& solver) {
   std::vector<AlignedFrame> frames(chosen.size());
   parallel_for(chosen.size(), [&](std::size_t i) {
     const Solving& frame = solver.frames[placed[chosen[i]]];
-    pictures[i] = grey_picture(*frame.given->grey, frame.given->person, kRim);
+    pictures[i] = grey_picture(*frame.given->grey, frame.given->person, kSpoiltRim);
     frames[i] = {&pictures[i], frame.aligned};
   });
   return median_mosaic(frames, solver.reference, solver.levels);
@@ -419,7 +416,6 @@ HandheldCamera camera_of(const Solving& frame) {
   camera.overlap = at.overlap;
   camera.certainty = at.inliers;
   camera.sigma_px = at.sigma_px;
-  camera.misfit_px = at.misfit_px;
   camera.parts = at.parts;
   return camera;
 }
@@ -492,7 +488,7 @@ HandheldSolve summarised(const Solver& solver) {
   constexpr std::size_t kNoiseFrames = 12;
   for (std::size_t i = 0; i < solver.frames.size(); i += solver.frames.size() / kNoiseFrames + 1)
     noises.push_back(
-        pixel_noise(grey_picture(*solver.frames[i].given->grey, solver.frames[i].given->person, kRim)));
+        pixel_noise(grey_picture(*solver.frames[i].given->grey, solver.frames[i].given->person, kSpoiltRim)));
   solve.extent = mosaic_extent(solver.reference, views);
   solve.noise = median(std::move(noises));
   solve.residual = median(std::move(residuals));
@@ -523,7 +519,7 @@ Result<Solver> prepared(std::span<const HandheldFrame> given, const Intrinsics& 
       return refuse(fmt::format("Frame {} has no grey picture of the first one's size.", frame.frame));
     Solving solving;
     solving.given = &frame;
-    const GreyPicture picture = grey_picture(*frame.grey, frame.person, kRim);
+    const GreyPicture picture = grey_picture(*frame.grey, frame.person, kSpoiltRim);
     std::size_t known = 0;
     for (const float value : picture.data) known += value == value;
     solving.background = double(known) / double(picture.pixels());
@@ -592,45 +588,6 @@ Result<HandheldSolve> solve_handheld(std::span<const HandheldFrame> frames, cons
   HandheldSolve solve = summarised(solver);
   progress.report(1);
   return solve;
-}
-
-double share_with_texture(std::span<const HandheldFrame> frames) {
-  constexpr std::size_t kLooks = 12;
-  const std::size_t looks = std::min(kLooks, frames.size());
-  std::vector<char> told(looks, 0);
-  parallel_for(looks, [&](std::size_t i) {
-    const HandheldFrame& frame = frames[(2 * i + 1) * frames.size() / (2 * looks)];
-    const auto pyramid = grey_pyramid(grey_picture(*frame.grey, frame.person, kRim),
-                                      pyramid_levels(frame.grey->width, frame.grey->height));
-    const Intrinsics lens = assumed_intrinsics(frame.grey->width, frame.grey->height, 0);
-    AlignedView at;
-    measure_view(pyramid, lens, {lens, pyramid}, {}, at);  // over itself
-    told[i] = at.parts >= kPartsToTell;
-  });
-  return looks ? double(std::ranges::count(told, char(1))) / double(looks) : 0;
-}
-
-double misfit_limit_px(const Intrinsics& reference) {
-  return kMisfitLimit * std::max(reference.width, reference.height);
-}
-
-HandheldView handheld_view(const HandheldCamera& camera) {
-  return {turn_from_vector(camera.rotation), std::log(camera.zoom), camera.shift_px};
-}
-
-Camera handheld_camera(const HandheldSolve& solve, int frame, int width, int height) {
-  const auto nearest = std::min_element(solve.cameras.begin(), solve.cameras.end(),
-                                        [&](const HandheldCamera& a, const HandheldCamera& b) {
-                                          return std::abs(a.frame - frame) < std::abs(b.frame - frame);
-                                        });
-  const HandheldView view = handheld_view(*nearest);
-  Camera camera{frame, view_intrinsics(solve.reference, view), Pose::Identity()};
-  camera.cam_from_world.linear() = view.turn;
-  Intrinsics& k = camera.intrinsics;
-  const double sx = double(width) / k.width, sy = double(height) / k.height;
-  k.fx *= sx, k.cx *= sx, k.fy *= sy, k.cy *= sy;
-  k.width = width, k.height = height;
-  return camera;
 }
 
 }  // namespace likeness

@@ -53,9 +53,7 @@ struct HandheldCamera {
   double overlap = 0;              // share of the background that the mosaic knows
   double certainty = 0;            // share of this that agrees with the mosaic, 0..1
   double sigma_px = 0;             // standard deviation of where the background is, by its texture
-  double misfit_px = -1;           // by how much parts of the background lie elsewhere than the mosaic says;
-                                   // -1: too few can tell
-  int parts = 0;                   // that can tell
+  int parts = 0;                   // of the background with texture enough to tell where it is
   bool held_out = false;
   bool found = false;  // else it is a guess from the neighbours
 };
@@ -79,12 +77,6 @@ struct HandheldSolve {
   double judged = 0;     // share of the frames found that have parts which can tell
   std::string evidence;  // in words with numbers
 };
-
-// How far parts of the background may lie off where the model of the camera puts them, as a share of the
-// picture's longer side: 2 px at 480. A swaying hand, a distorting lens, a rolling shutter and a codec stay
-// below a third of it; a camera that travels is twice beyond.
-inline constexpr double kMisfitLimit = 0.004;
-double misfit_limit_px(const Intrinsics& reference);
 
 // Cameras of the frames, ascending in `frame`. An error of bad_input where there is no training frame, or
 // where pictures differ in size or have no background at all.

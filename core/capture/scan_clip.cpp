@@ -33,9 +33,13 @@ std::vector<FaceBox> detect_at(const FaceDetector& detector, const Image8& pictu
   if (expected)
     expected = FaceBox{before->x / sx, before->y / sy, before->width / sx, before->height / sy, 0};
   const FaceBox* place = expected ? &*expected : nullptr;
-  std::vector<FaceBox> faces = width == picture.width && height == picture.height
-                                   ? detector.detect(picture, place)
-                                   : detector.detect(resize(picture, width, height), place);
+  const Image8 small =
+      width == picture.width && height == picture.height ? Image8() : resize(picture, width, height);
+  const auto look = [&](const FaceBox* at) { return detector.detect(small.empty() ? picture : small, at); };
+  // The network only follows the face that was there before, and misses a second one beside it.
+  const bool follows = detector.source() == LandmarkSource::network;
+  std::vector<FaceBox> faces = look(follows ? nullptr : place);
+  if (faces.empty() && follows && place) faces = look(place);
   for (FaceBox& face : faces) face.x *= sx, face.width *= sx, face.y *= sy, face.height *= sy;
   return faces;
 }

@@ -18,9 +18,7 @@ namespace {
 // than the clip.
 constexpr std::size_t kFrames = 300;
 
-Result<HandheldSolve> solve_background(const BackgroundMotion& motion, const BackgroundPictures& pictures,
-                                       const VideoInfo& info, const Progress& progress,
-                                       std::stop_token stop) {
+std::vector<HandheldFrame> frames_of(const BackgroundMotion& motion, const BackgroundPictures& pictures) {
   const std::size_t all = pictures.frames.size(), step = std::max<std::size_t>(1, all / kFrames);
   std::vector<HandheldFrame> frames;
   for (std::size_t i = 0; i < all; i += step) {
@@ -29,6 +27,13 @@ Result<HandheldSolve> solve_background(const BackgroundMotion& motion, const Bac
     frame.grey = &pictures.grey[i], frame.person = pictures.person_at(i);
     frame.time_s = motion.seconds * double(i) / double(std::max<std::size_t>(1, all - 1));
   }
+  return frames;
+}
+
+Result<HandheldSolve> solve_background(const BackgroundMotion& motion, const BackgroundPictures& pictures,
+                                       const VideoInfo& info, const Progress& progress,
+                                       std::stop_token stop) {
+  const auto frames = frames_of(motion, pictures);
   Camera reference;
   reference.intrinsics = assumed_intrinsics(info.width, info.height, info.focal_35mm);
   return solve_handheld(frames, resized(reference, pictures.grey.front().width).intrinsics, {}, progress,
@@ -70,6 +75,11 @@ Result<CameraMeasures> measure_camera(const std::filesystem::path& video, const 
     if (fit.holds()) return camera;
   }
   if (pictures.grey.empty()) return camera;
+  const double textured = share_with_texture(frames_of(*motion, pictures));
+  if (textured < CameraKindLimits{}.judged) {
+    take_verdict(without_texture(textured), camera);
+    return camera;
+  }
   const auto solve = solve_background(*motion, pictures, info, progress.stage(0.7, 1, "camera"), stop);
   if (!solve && solve.error().code == ErrorCode::cancelled) return solve.error();
   if (solve)

@@ -133,15 +133,26 @@ bool rests_throughout(const DemoStage& stage, const DemoOptions& options) {
   return std::ranges::all_of(stage.shots(), [](const DemoShot& shot) { return shot.camera == 0; });
 }
 
-CameraKind kind_of(DemoCamera camera) {
-  const bool turns =
-      camera == DemoCamera::handheld || camera == DemoCamera::zoom || camera == DemoCamera::slide;
-  return turns ? CameraKind::handheld : CameraKind::walking;
+// A crop that changes from shot to shot is a zoom: a camera at rest that only crops goes nowhere.
+CameraKind kind_of(const DemoStage& stage, const DemoOptions& options) {
+  if (rests_throughout(stage, options)) return CameraKind::resting;
+  switch (options.camera) {
+    case DemoCamera::handheld:
+    case DemoCamera::zoom:
+    case DemoCamera::slide:
+      return CameraKind::handheld;
+    case DemoCamera::resting:
+      return std::ranges::all_of(stage.shots(), [](const DemoShot& shot) { return shot.place == 0; })
+                 ? CameraKind::handheld
+                 : CameraKind::walking;
+    default:
+      return CameraKind::walking;
+  }
 }
 
 Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
   Truth truth;
-  truth.cameras.kind = rests_throughout(stage, options) ? CameraKind::resting : kind_of(options.camera);
+  truth.cameras.kind = kind_of(stage, options);
   truth.cameras.scale = CameraScale::metric;
   truth.track.head_model_name = stage.model().name;
   truth.track.head_model_hash = stage.model().hash;

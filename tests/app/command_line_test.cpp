@@ -420,6 +420,7 @@ TEST_F(CommandLine, StudiesSayWhatTheyNeed) {
     EXPECT_NE(result.err.find(needed), std::string::npos) << needed << ": " << result.err;
   }
   EXPECT_EQ(likeness({"study", folder, "--tables", "magic"}).exit_code, 2);
+  EXPECT_EQ(likeness({"study", "camera-kinds", "--clips", "rest-plain,rest-marble"}).exit_code, 2);
   EXPECT_EQ(likeness({"bench", "--json", "--csv"}).exit_code, 2);
   EXPECT_EQ(likeness({"demo", folder, "--displacement", folder}).exit_code, 2) << "where to?";
 }

@@ -2,10 +2,8 @@
 #include "core/lab/truth/camera_truth.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -17,6 +15,7 @@
 #include "core/base/quantile.h"
 #include "core/base/rigid.h"
 #include "core/camera/resect.h"
+#include "core/lab/truth/spent_seconds.h"
 #include "core/synth/demo_camera.h"
 #include "core/video/photos.h"
 
@@ -109,18 +108,6 @@ Result<CameraTruth> read_published_truth(const fs::path& folder) {
   return truth;
 }
 
-// Processor time of this process, its threads and the programs it has waited for.
-double processor_seconds() {
-  double sum = 0;
-  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
-    rusage usage{};
-    ::getrusage(who, &usage);
-    for (const timeval& t : {usage.ru_utime, usage.ru_stime})
-      sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
-  }
-  return sum;
-}
-
 }  // namespace
 
 Result<CameraTruth> read_camera_truth(const fs::path& folder) {
@@ -185,15 +172,14 @@ Result<std::vector<CameraRow>> study_cameras(const CameraTruth& truth, const std
   for (std::size_t i = 0; i < masks.size(); ++i) {
     const Progress part = progress.stage(double(i) / double(masks.size()),
                                          double(i + 1) / double(masks.size()), "masks: " + masks[i].name);
-    const auto start = std::chrono::steady_clock::now();
-    const double processor = processor_seconds();
+    const SpentSeconds start = spent_seconds();
     const auto align = truth.photographs ? align_photos : align_clip;
     const auto aligned = align(truth.input, masks[i].person, work / masks[i].name, options, part, stop);
     if (!aligned && aligned.error().code != ErrorCode::failed) return aligned.error();
     CameraRow row;
     row.masks = masks[i].name;
-    row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    row.processor_seconds = processor_seconds() - processor;
+    const SpentSeconds spent = spent_since(start);
+    row.seconds = spent.wall, row.processor_seconds = spent.processor;
     if (aligned) {
       row.kind = aligned->cameras.kind;
       row.views = compare_views(aligned->cameras, truth.cameras, truth.shots);

@@ -7,6 +7,7 @@
 
 #include "core/base/rigid.h"
 #include "core/track/clip/clip_work.h"
+#include "core/track/clip/wandering_poses.h"
 #include "core/track/fit/neutral.h"
 #include "core/track/fit/personal_shape.h"
 #include "core/track/fit/rest.h"
@@ -249,9 +250,14 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
             fit_faces(work.prior, person_known, work, progress.stage(0.87, 0.89, "second fit"), stop);
         !fitted)
       return fitted.error();
+    if (drop_wandering_poses(work)) {
+      auto refitted =
+          fit_faces(work.prior, person_known, work, progress.stage(0.89, 0.895, "third fit"), stop);
+      if (!refitted) return refitted.error();
+    }
     clock.lap("fit again");
     if (options.own_shape && !person_known) {
-      if (auto done = fit_shape(model, work, progress.stage(0.89, 0.9, "own shape"), stop); !done)
+      if (auto done = fit_shape(model, work, progress.stage(0.895, 0.9, "own shape"), stop); !done)
         return done.error();
       clock.lap("own shape");
     }

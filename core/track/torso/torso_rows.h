@@ -15,8 +15,8 @@ inline constexpr double kTorsoHuber = 20;        // grey levels
 inline constexpr double kTorsoShapeNoise = 4.5;  // grey levels: strength of the pull towards the usual shape
 inline constexpr double kTorsoPixelsMeant = 4000;  // priors are stated for this many pixels
 inline constexpr double kTorsoMotionPrior = 1;     // tiny: keeps the system regular
-// Pull towards the head's distance: a torso comes nearer mostly because the camera does. A tenth of what
-// cloth with a pattern says against it, grey levels^2 / m^2.
+// Pull towards the head's distance: a torso comes nearer mostly because the camera does. Little
+// against what cloth with a pattern says, grey levels^2 / m^2.
 inline constexpr double kTorsoDepthPrior = 3e7;
 inline constexpr int kTorsoRigid = 4;  // angle, shift, depth
 

@@ -227,7 +227,7 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
                     cameras = content("cameras.json"), track = content("track.json"),
                     plate = content("plate.png");
   EXPECT_EQ(input_hash(project_, Stage::import), hash_text(fmt::format("import 1\n{} 256", clip)));
-  EXPECT_EQ(input_hash(project_, Stage::align), hash_text(fmt::format("align 4\n{} 0", clip)));
+  EXPECT_EQ(input_hash(project_, Stage::align), hash_text(fmt::format("align 5\n{} 0", clip)));
   EXPECT_EQ(input_hash(project_, Stage::fit),
             hash_text(fmt::format("fit 8\n{} {} none none", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::matte),
@@ -242,7 +242,7 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
   EXPECT_EQ(input_hash(project_, Stage::import),
             hash_text(fmt::format("import 1\n{} 256 views rests", clip)));
   EXPECT_EQ(input_hash(project_, Stage::align),
-            hash_text(fmt::format("align 4\n{} 3 rests {} mm", clip, 51.0)));
+            hash_text(fmt::format("align 5\n{} 3 rests {} mm", clip, 51.0)));
   EXPECT_EQ(input_hash(project_, Stage::fit),
             hash_text(fmt::format("fit 8\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::train),

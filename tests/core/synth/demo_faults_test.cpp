@@ -386,6 +386,22 @@ TEST(DemoFaults, AGuidedFilmHasNoneOfTheirFilesAndARestingOneOneCamera) {
   EXPECT_EQ(read_demo_truth(folder.path / "cameras_truth.json")->camera, DemoCamera::resting);
 }
 
+// A camera at rest that is cut closer zooms, one that is cut to another place is found nowhere at rest.
+TEST(DemoFaults, TheTruthOfACutFilmSaysWhatAPerfectSolveWouldShow) {
+  const FilmFolder folder("f");
+  const std::pair<int, CameraKind> films[] = {
+      {0, CameraKind::resting}, {1, CameraKind::handheld}, {2, CameraKind::walking}};
+  for (const auto& [seed, kind] : films) {  // a jump, a closer crop, another angle
+    DemoOptions options = small_film(64, 12);
+    options.cuts = 1;
+    options.seed = seed;
+    ASSERT_TRUE(write_demo_capture(folder.path, options, Progress(), {}).ok());
+    const auto cameras = read_cameras(folder.path / "cameras_truth.json");
+    ASSERT_TRUE(cameras.ok()) << cameras.error().what;
+    EXPECT_EQ(cameras->kind, kind) << seed;
+  }
+}
+
 // The decoded film changes at its cuts, and more than anywhere else.
 TEST(DemoFaults, ThePictureChangesAtTheCuts) {
   const FilmFolder folder("d");
