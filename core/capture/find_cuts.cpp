@@ -206,29 +206,36 @@ Mixture unmix(const Changed& changed, const Image8& a, const Image8& b, const Im
   return {share, std::sqrt(std::max(0.0, off - share * along) / way)};
 }
 
-// Whether the frames between these two lead from the one to the other by mixing; then those that are mixed
-// are marked.
-void mark_mixed(Sketches film, std::size_t from, std::size_t to, std::vector<std::uint8_t>& mixed) {
-  const Changed changed = changed_between(film[from], film[to]);
-  if (changed.share < kChanged) return;
+// Whether the frames between these two, which show something else where they changed, lead from the one to the
+// other by mixing.
+bool leads_by_mixing(Sketches film, std::size_t from, std::size_t to, const Changed& changed) {
   const Image8 &a = film[from].luma, &b = film[to].luma;
   const std::size_t step = std::max<std::size_t>(1, (to - from - 1) / kLooks);
   double last = 0;
   bool halfway = false;
   for (std::size_t t = from + 1; t < to; t += step) {
     const Mixture m = unmix(changed, a, b, film[t].luma);
-    if (m.left_over > kUnmixed || m.share < last - kBack || m.share > 1 + kBack) return;
+    if (m.left_over > kUnmixed || m.share < last - kBack || m.share > 1 + kBack) return false;
     last = std::max(last, m.share);
     halfway |= m.share > 0.25 && m.share < 0.75;
   }
-  if (!halfway) return;
-  // Where as much changes before and after, it is the way the film moves.
+  return halfway;
+}
+
+// Marks the frames between these two that are mixtures of both.
+void mark_mixed(Sketches film, std::size_t from, std::size_t to, std::vector<std::uint8_t>& mixed) {
+  const Changed changed = changed_between(film[from], film[to]);
+  if (changed.share < kChanged || !leads_by_mixing(film, from, to, changed)) return;
+  // Where as much changes in the same way before or after, it is how the film moves.
   const std::size_t length = to - from;
-  const double usual = kAsUsual * changed.share;
-  if (from >= length && changed_between(film[from - length], film[from]).share > usual) return;
-  if (to + length < film.size() && changed_between(film[to], film[to + length]).share > usual) return;
+  const auto as_usual = [&](std::size_t first, std::size_t last) {
+    const Changed there = changed_between(film[first], film[last]);
+    return there.share > kAsUsual * changed.share && leads_by_mixing(film, first, last, there);
+  };
+  if (from >= length && as_usual(from - length, from)) return;
+  if (to + length < film.size() && as_usual(to, to + length)) return;
   for (std::size_t t = from + 1; t < to; ++t) {
-    const double share = unmix(changed, a, b, film[t].luma).share;
+    const double share = unmix(changed, film[from].luma, film[to].luma, film[t].luma).share;
     if (share > kBare && share < 1 - kBare) mixed[t] = 1;
   }
 }

@@ -13,7 +13,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kWidth = 320, kHeight = 192, kFrames = 40, kCut = 20;
+constexpr int kSceneWidth = 320, kSceneHeight = 192, kFilm = 40, kCutAt = 20;
 
 // Smooth blotches, others for every place.
 double blotches(double x, double y, int place) {
@@ -29,39 +29,39 @@ using Level = std::function<double(double x, double y, int frame)>;
 
 std::vector<FrameSpan> shots_in(const Level& level) {
   VideoInfo info;
-  info.width = kWidth, info.height = kHeight;
+  info.width = kSceneWidth, info.height = kSceneHeight;
   FilmSketcher sketcher(info);
-  for (int f = 0; f < kFrames; ++f) {
+  for (int f = 0; f < kFilm; ++f) {
     VideoFrame frame;
-    frame.index = f, frame.time_s = f / 25.0, frame.rgb = Image8(kWidth, kHeight, 1);
-    for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; ++x)
+    frame.index = f, frame.time_s = f / 25.0, frame.rgb = Image8(kSceneWidth, kSceneHeight, 1);
+    for (int y = 0; y < kSceneHeight; ++y)
+      for (int x = 0; x < kSceneWidth; ++x)
         *frame.rgb.at(x, y) = std::uint8_t(std::clamp(std::lround(level(x, y, f)), 0L, 255L));
     sketcher.add(frame, std::nullopt);
   }
   return find_shots(sketcher.take());
 }
 
-const std::vector<FrameSpan> kWhole{{0, kFrames - 1}};
+const std::vector<FrameSpan> kWhole{{0, kFilm - 1}};
 
 TEST(FindCuts, AnotherPlaceBeginsAShotAtItsVeryFrame) {
-  const auto shots = shots_in([](double x, double y, int f) { return blotches(x, y, f >= kCut); });
-  EXPECT_EQ(shots, (std::vector<FrameSpan>{{0, kCut - 1}, {kCut, kFrames - 1}}));
+  const auto shots = shots_in([](double x, double y, int f) { return blotches(x, y, f >= kCutAt); });
+  EXPECT_EQ(shots, (std::vector<FrameSpan>{{0, kCutAt - 1}, {kCutAt, kFilm - 1}}));
 }
 
 TEST(FindCuts, ACloserCropBeginsAShot) {
   const auto shots = shots_in([](double x, double y, int f) {
-    const double zoom = f >= kCut ? 1.3 : 1;
+    const double zoom = f >= kCutAt ? 1.3 : 1;
     return blotches((x - 160) / zoom + 160, (y - 96) / zoom + 96, 0);
   });
-  EXPECT_EQ(shots, (std::vector<FrameSpan>{{0, kCut - 1}, {kCut, kFrames - 1}}));
+  EXPECT_EQ(shots, (std::vector<FrameSpan>{{0, kCutAt - 1}, {kCutAt, kFilm - 1}}));
 }
 
 TEST(FindCuts, AFlashAnExposureStepAPanAndNothingAreNoCuts) {
   EXPECT_EQ(shots_in([](double x, double y, int) { return blotches(x, y, 0); }), kWhole);
-  EXPECT_EQ(shots_in([](double x, double y, int f) { return blotches(x, y, 0) + (f == kCut ? 150 : 0); }),
+  EXPECT_EQ(shots_in([](double x, double y, int f) { return blotches(x, y, 0) + (f == kCutAt ? 150 : 0); }),
             kWhole);
-  EXPECT_EQ(shots_in([](double x, double y, int f) { return blotches(x, y, 0) * (f >= kCut ? 0.6 : 1); }),
+  EXPECT_EQ(shots_in([](double x, double y, int f) { return blotches(x, y, 0) * (f >= kCutAt ? 0.6 : 1); }),
             kWhole);
   EXPECT_EQ(shots_in([](double x, double y, int f) { return blotches(x + 2 * f, y, 0); }), kWhole);
 }
@@ -69,12 +69,12 @@ TEST(FindCuts, AFlashAnExposureStepAPanAndNothingAreNoCuts) {
 TEST(FindCuts, TheFramesOfADissolveBelongToNoShot) {
   constexpr int kLength = 10;
   const auto shots = shots_in([](double x, double y, int f) {
-    const double share = std::clamp(double(f - kCut + 1) / (kLength + 1), 0.0, 1.0);
+    const double share = std::clamp(double(f - kCutAt + 1) / (kLength + 1), 0.0, 1.0);
     return (1 - share) * blotches(x, y, 0) + share * blotches(x, y, 1);
   });
   ASSERT_EQ(shots.size(), 2U);
-  EXPECT_NEAR(shots[0].last, kCut - 1, 1);
-  EXPECT_NEAR(shots[1].first, kCut + kLength, 1);
+  EXPECT_NEAR(shots[0].last, kCutAt - 1, 1);
+  EXPECT_NEAR(shots[1].first, kCutAt + kLength, 1);
 }
 
 TEST(Capture, CutsInPlaceJoinAndLeftOutShotsPart) {
