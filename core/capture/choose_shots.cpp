@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -118,35 +120,21 @@ Placed place_in(const Background& a, const Background& b, const std::vector<std:
     }
     const double gain = std::clamp(
         std::sqrt((sbb / n - sb / n * (sb / n) + 4) / (saa / n - sa / n * (sa / n) + 4)), 0.5, 2.0);
-    double m[3][3] = {}, r[3] = {};
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
     for (int y = 1; y + 1 < h; ++y)
       for (int x = 1; x + 1 < w; ++x) {
         if (!free[std::size_t(y) * w + x]) continue;
         const double gx = 0.5 * gain * (*now.at(x + 1, y) - *now.at(x - 1, y)),
                      gy = 0.5 * gain * (*now.at(x, y + 1) - *now.at(x, y - 1));
-        const double rows[3] = {gx, gy, gx * (x - cx) + gy * (y - cy)};
+        const Eigen::Vector3d row(gx, gy, gx * (x - cx) + gy * (y - cy));
         const double off = (*b.luma.at(x, y) - sb / n) - gain * (*now.at(x, y) - sa / n);
         const double trust = 1 / (1 + off * off / 144);  // what has moved counts little
-        for (int i = 0; i < 3; ++i) {
-          r[i] -= trust * rows[i] * off;
-          for (int j = 0; j < 3; ++j) m[i][j] += trust * rows[i] * rows[j];
-        }
+        right -= trust * off * row;
+        normal += trust * row * row.transpose();
       }
-    for (int i = 0; i < 3; ++i) m[i][i] += 1e-3 + 1e-6 * m[i][i];
-    // Cramer's rule.
-    const auto det = [](const double(&k)[3][3]) {
-      return k[0][0] * (k[1][1] * k[2][2] - k[1][2] * k[2][1]) -
-             k[0][1] * (k[1][0] * k[2][2] - k[1][2] * k[2][0]) +
-             k[0][2] * (k[1][0] * k[2][1] - k[1][1] * k[2][0]);
-    };
-    const double whole = det(m);
-    double step[3];
-    for (int c = 0; c < 3; ++c) {
-      double k[3][3];
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) k[i][j] = j == c ? r[i] : m[i][j];
-      step[c] = whole != 0 ? det(k) / whole : 0;
-    }
+    normal.diagonal() += 1e-6 * normal.diagonal() + Eigen::Vector3d::Constant(1e-3);
+    const Eigen::Vector3d step = normal.ldlt().solve(right);
     at.x += std::clamp(step[0], -1.0, 1.0), at.y += std::clamp(step[1], -1.0, 1.0);
     at.scale = std::clamp(at.scale + std::clamp(step[2], -0.02, 0.02), -0.3, 0.3);
   }

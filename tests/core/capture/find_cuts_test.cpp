@@ -6,41 +6,27 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
+#include <utility>
 
 #include "core/capture/capture.h"
-#include "core/video/decode.h"
+#include "tests/core/capture/made_film.h"
 
 namespace likeness {
 namespace {
 
-constexpr int kSceneWidth = 320, kSceneHeight = 192, kFilm = 40, kCutAt = 20;
+using test::blotches;
 
-// Smooth blotches, others for every place.
-double blotches(double x, double y, int place) {
-  double level = 120;
-  for (int k = 0; k < 6; ++k) {
-    const double turn = 2.4 * k + 1.7 * place, wave = 0.05 + 0.025 * k;
-    level += 16 * std::sin(wave * (x * std::cos(turn) + y * std::sin(turn)) + 3.1 * k * (place + 1));
-  }
-  return level;
+constexpr int kFilm = 40, kCutAt = 20;
+
+std::vector<FrameSpan> shots_in(std::function<double(double x, double y, int frame)> level,
+                                std::function<std::optional<double>(int frame)> head_x = {}) {
+  return find_shots(test::sketches_of({std::move(level), std::move(head_x), kFilm}));
 }
 
-using Level = std::function<double(double x, double y, int frame)>;
-
-std::vector<FrameSpan> shots_in(const Level& level) {
-  VideoInfo info;
-  info.width = kSceneWidth, info.height = kSceneHeight;
-  FilmSketcher sketcher(info);
-  for (int f = 0; f < kFilm; ++f) {
-    VideoFrame frame;
-    frame.index = f, frame.time_s = f / 25.0, frame.rgb = Image8(kSceneWidth, kSceneHeight, 1);
-    for (int y = 0; y < kSceneHeight; ++y)
-      for (int x = 0; x < kSceneWidth; ++x)
-        *frame.rgb.at(x, y) = std::uint8_t(std::clamp(std::lround(level(x, y, f)), 0L, 255L));
-    sketcher.add(frame, std::nullopt);
-  }
-  return find_shots(sketcher.take());
-}
+double resting_wall(double x, double y, int) { return blotches(x, y, 0); }
+// A head that sways a little, px.
+double swaying(int f) { return 160 + 2 * std::sin(0.3 * f); }
 
 const std::vector<FrameSpan> kWhole{{0, kFilm - 1}};
 
@@ -75,6 +61,38 @@ TEST(FindCuts, TheFramesOfADissolveBelongToNoShot) {
   ASSERT_EQ(shots.size(), 2U);
   EXPECT_NEAR(shots[0].last, kCutAt - 1, 1);
   EXPECT_NEAR(shots[1].first, kCutAt + kLength, 1);
+}
+
+TEST(FindCuts, AJumpOfTheHeadBeforeARestingWallBeginsAShot) {
+  const auto shots = shots_in(
+      resting_wall, [](int f) -> std::optional<double> { return swaying(f) + (f >= kCutAt ? 14 : 0); });
+  EXPECT_EQ(shots, (std::vector<FrameSpan>{{0, kCutAt - 1}, {kCutAt, kFilm - 1}}));
+}
+
+TEST(FindCuts, AQuickTurnAStepOfTheLampAndAHeadThatReturnsAreNoCuts) {
+  const auto quick = [](int f) -> std::optional<double> {
+    return swaying(f) + 14 * std::clamp((f - kCutAt) / 4.0, 0.0, 1.0);
+  };
+  EXPECT_EQ(shots_in(resting_wall, quick), kWhole);
+  const auto still = [](int f) -> std::optional<double> { return swaying(f); };
+  EXPECT_EQ(
+      shots_in([](double x, double y, int f) { return blotches(x, y, 0) * (f >= kCutAt ? 0.7 : 1); }, still),
+      kWhole);
+  const auto flash = [](int f) -> std::optional<double> {
+    return swaying(f) + (f == kCutAt || f == kCutAt + 1 ? 14 : 0);
+  };
+  EXPECT_EQ(shots_in(resting_wall, flash), kWhole);
+}
+
+TEST(FindCuts, ADissolveFromACameraThatMovesIsFound) {
+  constexpr int kLength = 8;
+  const auto shots = shots_in([](double x, double y, int f) {
+    const double share = std::clamp(double(f - kCutAt + 1) / (kLength + 1), 0.0, 1.0);
+    return (1 - share) * blotches(x + 1.5 * f, y, 0) + share * blotches(x, y, 1);
+  });
+  ASSERT_EQ(shots.size(), 2U);
+  EXPECT_NEAR(shots[0].last, kCutAt - 1, 2);
+  EXPECT_NEAR(shots[1].first, kCutAt + kLength, 2);
 }
 
 TEST(Capture, CutsInPlaceJoinAndLeftOutShotsPart) {
