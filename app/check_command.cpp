@@ -77,7 +77,6 @@ void print_as_json(const ClipMeasures& measures, const CaptureVerdict& verdict) 
                {{"camera", camera_sentence(facts.camera)},
                 {"mask", mask_sentence(facts.mask)},
                 {"parts", parts_sentence(facts.parts)}}},
-              {"counted", verdict.counted},
               {"shots", shots},
               {"camera",
                {{"rests", camera.rests},
@@ -123,7 +122,6 @@ int run(const CheckArguments& arguments) {
   for (const std::string& words :
        {camera_sentence(facts.camera), mask_sentence(facts.mask), parts_sentence(facts.parts)})
     fmt::print("  {}\n", words);
-  if (!verdict.counted.empty()) fmt::print("{}\n", verdict.counted);
   for (const Remark& r : verdict.remarks)
     fmt::print("\n{} {:.0f}-{:.0f} s: {}\n  {}\n", r.grave ? "!" : "-", r.from_s, r.to_s, r.what, r.remedy);
   return kExitDone;

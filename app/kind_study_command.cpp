@@ -121,7 +121,7 @@ void add_kind_study(CLI::App& study, int& exit_code) {
   verb->add_option("--clips", a->clips,
                    fmt::format("Some of them only, of: {}; default: all", fmt::join(names, ", ")))
       ->delimiter(',')
-      ->check(CLI::IsMember(names));
+      ->check(CLI::IsMember(names).description(""));
   verb->add_option("--out", a->output.out,
                    "Folder for clips, cameras and tables; a second call films nothing again");
   verb->add_option("--landmark-model", a->landmark_model, kLandmarkModelHelp);

@@ -39,10 +39,11 @@ constexpr std::array<int, 9> kLengths{4,  6,  8,  12, 16,
 constexpr double kUnlike = 0.5, kShown = 3;  // correlation below which a cell shows something else; levels
 constexpr double kChanged = 0.2;             // of the picture must
 constexpr double kAsUsual = 0.5;             // of that, just before or after
-constexpr double kUnmixed = 0.25;   // of the difference between both pictures that a mixture may leave
-constexpr double kBack = 0.06;      // of the way a mixture may go back
-constexpr double kBare = 0.04;      // of the other picture: none of it is seen
-constexpr std::size_t kLooks = 12;  // frames between the two that are looked at
+constexpr double kUnmixed = 0.25;      // of the difference between both pictures that a mixture may leave
+constexpr double kBack = 0.06;         // of the way a mixture may go back
+constexpr double kBare = 0.04;         // of the other picture: none of it is seen
+constexpr std::size_t kLooks = 12;     // frames between the two that are looked at
+constexpr std::size_t kLeastLook = 4;  // frames before or after that say how the film moves
 
 using Sketches = std::span<const FrameSketch>;
 
@@ -206,8 +207,8 @@ Mixture unmix(const Changed& changed, const Image8& a, const Image8& b, const Im
   return {share, std::sqrt(std::max(0.0, off - share * along) / way)};
 }
 
-// Whether the frames between these two, which show something else where they changed, lead from the one to the
-// other by mixing.
+// Whether the frames between these two, which show something else where they changed, lead from the one to
+// the other by mixing.
 bool leads_by_mixing(Sketches film, std::size_t from, std::size_t to, const Changed& changed) {
   const Image8 &a = film[from].luma, &b = film[to].luma;
   const std::size_t step = std::max<std::size_t>(1, (to - from - 1) / kLooks);
@@ -229,11 +230,13 @@ void mark_mixed(Sketches film, std::size_t from, std::size_t to, std::vector<std
   // Where as much changes in the same way before or after, it is how the film moves.
   const std::size_t length = to - from;
   const auto as_usual = [&](std::size_t first, std::size_t last) {
+    if (last < first + kLeastLook) return false;
     const Changed there = changed_between(film[first], film[last]);
-    return there.share > kAsUsual * changed.share && leads_by_mixing(film, first, last, there);
+    return there.share * double(length) > kAsUsual * changed.share * double(last - first) &&
+           leads_by_mixing(film, first, last, there);
   };
-  if (from >= length && as_usual(from - length, from)) return;
-  if (to + length < film.size() && as_usual(to, to + length)) return;
+  if (as_usual(from - std::min(from, length), from) || as_usual(to, std::min(to + length, film.size() - 1)))
+    return;
   for (std::size_t t = from + 1; t < to; ++t) {
     const double share = unmix(changed, film[from].luma, film[to].luma, film[t].luma).share;
     if (share > kBare && share < 1 - kBare) mixed[t] = 1;

@@ -58,8 +58,7 @@ void draw_head(Page& page, const std::string& name) {
           "{}: {:.1f} s, {} x {} px, {:.0f} frames a second; a face in {:.0f} % of {} pictures looked "
           "at.",
           name, page.clip.duration_s, page.clip.info.width, page.clip.info.height,
-          page.clip.info.frames_per_second, 100.0 * double(faces) / double(looks), page.clip.looks.size()) +
-          (page.verdict.counted.empty() ? "" : " " + page.verdict.counted));
+          page.clip.info.frames_per_second, 100.0 * double(faces) / double(looks), page.clip.looks.size()));
   page.y += 22;
 }
 

@@ -172,11 +172,12 @@ ClipFacts clip_facts(const ClipMeasures& measures) {
     facts.mask = {MaskPrior::person_network, measures.faces, measures.persons_seen};
   PartsFacts& parts = facts.parts;
   parts.seconds = measures.duration_s;
-  const auto faceless = std::ranges::count_if(measures.looks, [](const Look& l) { return !l.face; });
+  const auto faceless =
+      std::ranges::count_if(measures.looks, [](const Look& l) { return l.serves && !l.face; });
   parts.faceless_s =
       measures.duration_s * double(faceless) / double(std::max<std::size_t>(1, measures.looks.size()));
   parts.frames = measures.frames, parts.repeated = measures.repeated;
-  parts.film = measures.film;
+  parts.film = measures.film, parts.shots = measures.shots;
   parts.width = measures.whole_width, parts.height = measures.whole_height;
   return facts;
 }

@@ -9,7 +9,6 @@
 #include <functional>
 
 #include "core/base/quantile.h"
-#include "core/capture/choose_shots.h"
 
 namespace likeness {
 namespace {
@@ -103,9 +102,7 @@ ClipMeasures serving_part(const ClipMeasures& whole) {
 
 class Judge {
  public:
-  explicit Judge(const ClipMeasures& clip) : clip_(serving_part(clip)) {
-    out_.counted = counted_words(clip.shots);
-  }
+  explicit Judge(const ClipMeasures& clip) : clip_(serving_part(clip)) {}
 
   CaptureVerdict judge() {
     judge_people();

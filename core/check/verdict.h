@@ -45,7 +45,6 @@ std::string_view verdict_words(Verdict verdict);  // a sentence for people
 struct CaptureVerdict {
   Verdict verdict = Verdict::ready;  // refilm with a grave remark, usable with any
   std::vector<Remark> remarks;       // the grave ones first
-  std::string counted;               // of a film that was cut: which seconds count; else empty
 };
 
 // One of the expressions an avatar needs, as far as the clip shows it.

@@ -16,12 +16,13 @@ namespace likeness {
 namespace {
 
 using test::blotches;
+using test::MadeFilm;
 
 constexpr int kFilm = 40, kCutAt = 20;
 
 std::vector<FrameSpan> shots_in(std::function<double(double x, double y, int frame)> level,
                                 std::function<std::optional<double>(int frame)> head_x = {}) {
-  return find_shots(test::sketches_of({std::move(level), std::move(head_x), kFilm}));
+  return find_shots(test::sketches_of(MadeFilm{std::move(level), std::move(head_x), kFilm}));
 }
 
 double resting_wall(double x, double y, int) { return blotches(x, y, 0); }
@@ -74,10 +75,9 @@ TEST(FindCuts, AQuickTurnAStepOfTheLampAndAHeadThatReturnsAreNoCuts) {
     return swaying(f) + 14 * std::clamp((f - kCutAt) / 4.0, 0.0, 1.0);
   };
   EXPECT_EQ(shots_in(resting_wall, quick), kWhole);
-  const auto still = [](int f) -> std::optional<double> { return swaying(f); };
-  EXPECT_EQ(
-      shots_in([](double x, double y, int f) { return blotches(x, y, 0) * (f >= kCutAt ? 0.7 : 1); }, still),
-      kWhole);
+  MadeFilm dimmed{resting_wall, [](int f) -> std::optional<double> { return swaying(f); }, kFilm};
+  dimmed.light = [](int f) { return f >= kCutAt ? 0.7 : 1; };
+  EXPECT_EQ(find_shots(test::sketches_of(dimmed)), kWhole);
   const auto flash = [](int f) -> std::optional<double> {
     return swaying(f) + (f == kCutAt || f == kCutAt + 1 ? 14 : 0);
   };
@@ -88,7 +88,7 @@ TEST(FindCuts, ADissolveFromACameraThatMovesIsFound) {
   constexpr int kLength = 8;
   const auto shots = shots_in([](double x, double y, int f) {
     const double share = std::clamp(double(f - kCutAt + 1) / (kLength + 1), 0.0, 1.0);
-    return (1 - share) * blotches(x + 1.5 * f, y, 0) + share * blotches(x, y, 1);
+    return (1 - share) * blotches(3 * (x + 0.7 * f), 3 * y, 0) + share * blotches(x, y, 1);
   });
   ASSERT_EQ(shots.size(), 2U);
   EXPECT_NEAR(shots[0].last, kCutAt - 1, 2);

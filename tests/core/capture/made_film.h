@@ -32,6 +32,7 @@ struct MadeFilm {
   std::function<double(double x, double y, int frame)> wall;
   std::function<std::optional<double>(int frame)> head_x{};
   int frames = 40;
+  std::function<double(int frame)> light = [](int) { return 1.0; };
 };
 
 inline constexpr double kMadeHeadY = 90, kMadeFace = 70;  // px: its middle's height, and its size
@@ -46,7 +47,7 @@ inline double made_level(const MadeFilm& film, double x, double y, int frame) {
   if (const auto head = film.head_x ? film.head_x(frame) : std::nullopt) {
     const double dx = x - *head, dy = y - kMadeHeadY;
     if (std::hypot(dx, dy) < 0.7 * kMadeFace) return 0.8 * blotches(1.5 * dx, 1.5 * dy, 7);
-    if (dy > 0 && std::abs(dx) < 60 + 0.3 * dy) return 40 + 0.2 * blotches(dx, dy, 9);  // clothes
+    if (dy > 40 && std::abs(dx) < 50 + 0.3 * dy) return 40 + 0.2 * blotches(dx, dy, 9);  // clothes
   }
   return film.wall(x, y, frame);
 }
@@ -61,7 +62,8 @@ inline std::vector<FrameSketch> sketches_of(const MadeFilm& film) {
     frame.index = f, frame.time_s = f / kSceneRate, frame.rgb = Image8(kSceneWidth, kSceneHeight, 1);
     for (int y = 0; y < kSceneHeight; ++y)
       for (int x = 0; x < kSceneWidth; ++x)
-        *frame.rgb.at(x, y) = std::uint8_t(std::clamp(std::lround(made_level(film, x, y, f)), 0L, 255L));
+        *frame.rgb.at(x, y) =
+            std::uint8_t(std::clamp(std::lround(film.light(f) * made_level(film, x, y, f)), 0L, 255L));
     sketcher.add(frame, made_face(film, f));
   }
   return sketcher.take();
