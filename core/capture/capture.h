@@ -30,7 +30,7 @@ struct CaptureFrame {
 struct ClipShot {
   int first = 0, last = 0;
   double from_s = 0, to_s = 0;  // to_s: when its last frame ends
-  bool used = true;             // it shows the person from the same place as the longest such shot
+  bool used = true;             // of the place from which the person is seen longest
   std::string reason{};         // why it is not used
 };
 

@@ -222,10 +222,11 @@ Seen seen_in(const std::vector<FaceSample>& samples, const FrameSpan& shot) {
   return seen;
 }
 
-// Marks what was filmed from the main shot's place: like it, or like one that is, as a whole or where the two
-// meet - a camera that wanders is where it was at a cut, and nowhere else.
-void spread_from(const SketchedFilm& film, const std::vector<FrameSpan>& shots, std::size_t main,
-                 const std::vector<std::uint8_t>& fit, std::vector<ClipShot>& out) {
+// The shots by the place they were filmed from, those that are unfit left out. Two are of one place where
+// they look alike, as a whole or where they meet - a camera that wanders is where it was at a cut, and
+// nowhere else.
+std::vector<std::vector<std::size_t>> places_of(const SketchedFilm& film, const std::vector<FrameSpan>& shots,
+                                                const std::vector<std::uint8_t>& fit) {
   std::vector<Background> whole(shots.size());
   for (std::size_t i = 0; i < shots.size(); ++i)
     if (fit[i]) whole[i] = background_of(film, film.of(shots[i]), shots[i], kViews);
@@ -234,19 +235,24 @@ void spread_from(const SketchedFilm& film, const std::vector<FrameSpan>& shots, 
     return same_place(background_of(film, before.last(std::min(kEnds, before.size())), shots[i], kEnds),
                       background_of(film, after.first(std::min(kEnds, after.size())), shots[j], kEnds));
   };
-  std::vector<std::size_t> open{main};
-  out[main].used = true;
-  while (!open.empty()) {
-    const std::size_t i = open.back();
-    open.pop_back();
-    for (std::size_t j = 0; j < shots.size(); ++j) {
-      if (out[j].used || !fit[j]) continue;
-      const bool neighbours = j == i + 1 || i == j + 1;
-      if (!same_place(whole[i], whole[j]) && !(neighbours && meet(std::min(i, j), std::max(i, j)))) continue;
-      out[j].used = true;
-      open.push_back(j);
-    }
+  std::vector<std::uint8_t> open = fit;
+  std::vector<std::vector<std::size_t>> places;
+  for (std::size_t first = 0; first < shots.size(); ++first) {
+    if (!open[first]) continue;
+    std::vector<std::size_t>& place = places.emplace_back(1, first);
+    open[first] = 0;
+    for (std::size_t k = 0; k < place.size(); ++k)
+      for (std::size_t j = 0; j < shots.size(); ++j) {
+        const std::size_t i = place[k];
+        if (!open[j]) continue;
+        const bool neighbours = j == i + 1 || i == j + 1;
+        if (!same_place(whole[i], whole[j]) && !(neighbours && meet(std::min(i, j), std::max(i, j))))
+          continue;
+        open[j] = 0;
+        place.push_back(j);
+      }
   }
+  return places;
 }
 
 }  // namespace
@@ -257,8 +263,7 @@ std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames,
   const SketchedFilm film{frames, samples, width, height};
   std::vector<ClipShot> out;
   std::vector<std::uint8_t> fit(shots.size(), 0);
-  std::size_t main = 0;
-  double most = 0;
+  std::vector<double> seconds(shots.size(), 0);  // with a face
   const double rate = frames.size() > 1 && frames.back().time_s > frames.front().time_s
                           ? double(frames.size() - 1) / (frames.back().time_s - frames.front().time_s)
                           : 25;
@@ -268,23 +273,25 @@ std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames,
     shot.used = false, shot.first = shots[i].first, shot.last = shots[i].last;
     shot.from_s = own.front().time_s, shot.to_s = own.back().time_s + 1 / rate;
     const Seen seen = seen_in(samples, shots[i]);
-    if (const double seconds = seen.share() * (shot.to_s - shot.from_s); seconds > most)
-      most = seconds, main = i;
+    seconds[i] = seen.share() * (shot.to_s - shot.from_s);
     const bool brief = own.size() < kShortest || shot.to_s - shot.from_s < kShortest_s;
     fit[i] = !brief && seen.share() >= kShotFaceShare;
     shot.reason = brief                           ? fmt::format("it has only {} frames", own.size())
                   : seen.share() < kShotFaceShare ? "no face"
                                                   : "another place, angle or crop";
   }
-  if (most <= 0) {
-    for (ClipShot& shot : out) shot.used = true;
-  } else if (shots.size() > 1) {
-    spread_from(film, shots, main, fit, out);
-  } else {
-    out[0].used = true;
+  const auto with_face = [&](const std::vector<std::size_t>& place) {
+    double sum = 0;
+    for (const std::size_t i : place) sum += seconds[i];
+    return sum;
+  };
+  std::vector<std::vector<std::size_t>> places;
+  if (shots.size() > 1) places = places_of(film, shots, fit);
+  const auto most = std::ranges::max_element(places, {}, with_face);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i].used = most == places.end() || std::ranges::find(*most, i) != most->end();
+    if (out[i].used) out[i].reason.clear();
   }
-  for (ClipShot& shot : out)
-    if (shot.used) shot.reason.clear();
   return out;
 }
 

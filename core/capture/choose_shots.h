@@ -1,5 +1,5 @@
-// Which shots of a film serve: the one that shows the person longest, and all that were filmed from the same
-// place by the same camera - between jump cuts in place the background is the same picture. They share
+// Which shots of a film serve: those of the place from which the person is seen longest - between jump cuts
+// in place, and on both sides of what was put between them, the background is the same picture. They share
 // camera, plate and everything; the others would have to be clips of their own.
 #pragma once
 
@@ -16,7 +16,7 @@
 namespace likeness {
 
 // Each shot with its verdict, in order; samples: of the faces, source px of a picture of width x height.
-// Where no face is found in any, all serve: what is wrong then is no cut.
+// Where no shot shows a face for long enough, all serve: what is wrong then is no cut.
 std::vector<ClipShot> choose_shots(std::span<const FrameSketch> film, const std::vector<FaceSample>& samples,
                                    const std::vector<FrameSpan>& shots, int width, int height);
 

@@ -62,6 +62,14 @@ TEST(ChooseShots, ACloserCropIsLeftOutAndALampIsNot) {
   EXPECT_EQ(used(darker), (std::vector<bool>{true, true, true}));
 }
 
+// Together they are longer than the one between them, which is longer than either.
+TEST(ChooseShots, ThePlaceShownLongestServesNotTheLongestShot) {
+  const auto shots =
+      chosen({[](double x, double y, int f) { return blotches(x, y, f >= 30 && f < 70 ? 1 : 0); }},
+             {{0, 29}, {30, 69}, {70, 99}});
+  EXPECT_EQ(used(shots), (std::vector<bool>{true, false, true}));
+}
+
 TEST(ChooseShots, ANudgedTripodServes) {
   const auto shots =
       chosen({[](double x, double y, int f) { return blotches(x + (f >= 40 ? 8 : 0), y, 0); }});
