@@ -55,6 +55,10 @@ void print_as_json(const ClipMeasures& measures, const CaptureVerdict& verdict) 
                        {"what", r.what},
                        {"remedy", r.remedy}});
   for (const Look& look : measures.looks) looks.push_back(to_json(look));
+  nlohmann::json shots = nlohmann::json::array();
+  for (const ClipShot& shot : measures.shots)
+    shots.push_back(
+        {{"from_s", shot.from_s}, {"to_s", shot.to_s}, {"used", shot.used}, {"reason", shot.reason}});
   const CameraMeasures& camera = measures.camera;
   const ClipFacts facts = clip_facts(measures);
   const PixelRect& f = measures.film;
@@ -73,6 +77,7 @@ void print_as_json(const ClipMeasures& measures, const CaptureVerdict& verdict) 
                {{"camera", camera_sentence(facts.camera)},
                 {"mask", mask_sentence(facts.mask)},
                 {"parts", parts_sentence(facts.parts)}}},
+              {"shots", shots},
               {"camera",
                {{"rests", camera.rests},
                 {"kind", camera_kind_name(camera.kind)},

@@ -98,7 +98,7 @@ Result<void> look_at_background(Search& search, const Progress& progress) {
     }
   }
   auto motion = measure_background_motion(search.video, search.person, rest_limit(options), progress,
-                                          search.stop, &search.pictures, options.film);
+                                          search.stop, &search.pictures, options.film, options.stretches);
   if (!motion) return motion.error();
   search.motion = std::move(*motion);
   return {};

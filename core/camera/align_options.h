@@ -6,10 +6,12 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "core/camera/camera.h"
 #include "core/image/image.h"
 #include "core/image/pixel_rect.h"
+#include "core/video/frame_span.h"
 
 namespace likeness {
 
@@ -28,6 +30,9 @@ struct AlignOptions {
   int colmap_features = 2000;     // per keyframe
   std::string colmap = "colmap";  // the program: a name looked up in PATH, or a path
   int seed = 0;
+  // Of a film that was cut, what shows one place (core/capture/capture.h: stretches_that_serve); the rest is
+  // not looked at and gets no camera of its own. Empty: the whole clip.
+  std::vector<FrameSpan> stretches{};
   // Where import kept what its decoding showed for this (core/camera/kept_path.h); empty: nowhere. Changes no
   // result.
   std::filesystem::path kept{};

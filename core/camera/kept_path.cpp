@@ -36,9 +36,11 @@ std::string film_text(const PixelRect& film) {
 }  // namespace
 
 std::string motion_inputs(const std::string& video_hash, const AlignOptions& options) {
-  return fmt::format("motion {} {} {} {}", kMotionVersion, video_hash, rest_limit(options),
-                     options.mask_inputs) +
-         film_text(options.film);
+  std::string inputs = fmt::format("motion {} {} {} {}", kMotionVersion, video_hash, rest_limit(options),
+                                   options.mask_inputs) +
+                       film_text(options.film);
+  for (const FrameSpan& part : options.stretches) inputs += fmt::format(" {}-{}", part.first, part.last);
+  return inputs;
 }
 
 Result<void> keep_motion(const fs::path& folder, const std::string& inputs, const BackgroundMotion& motion) {

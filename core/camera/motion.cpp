@@ -316,7 +316,8 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
                                                    std::stop_token stop, BackgroundPictures* pictures,
-                                                   const PixelRect& film) {
+                                                   const PixelRect& film,
+                                                   const std::vector<FrameSpan>& stretches) {
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   reader->show_part(film);
@@ -324,6 +325,7 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
   MotionMeter meter(info, video, person, rest_px_per_1000);
   int count = 0;
   const FrameListener listener{VideoPixels::rgb, [&](const VideoFrame& frame) {
+                                 if (span_of(stretches, frame.index) < 0) return Result<void>();
                                  auto added = meter.add(frame);
                                  if (++count % 10 == 0)
                                    progress.report(double(frame.index) / std::max(1, info.frame_count),

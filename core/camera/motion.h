@@ -14,6 +14,7 @@
 #include "core/base/result.h"
 #include "core/image/image.h"
 #include "core/image/pixel_rect.h"
+#include "core/video/frame_span.h"
 
 namespace likeness {
 
@@ -77,12 +78,15 @@ inline constexpr double kLeastTracks = 8;
 // rest_px_per_1000: how far the background may stray, in 1/1000 of the width, for the camera to be at rest.
 // pictures: receives what was looked at; null: not kept.
 // film: the part of the pictures that is looked at, and that `person` and the result are about; empty: all.
+// stretches: as AlignOptions has them; of one place, so that points are looked for beyond a cut where they
+// were before it.
 Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
                                                    std::stop_token stop,
                                                    BackgroundPictures* pictures = nullptr,
-                                                   const PixelRect& film = {});
+                                                   const PixelRect& film = {},
+                                                   const std::vector<FrameSpan>& stretches = {});
 
 struct VideoInfo;
 struct VideoFrame;

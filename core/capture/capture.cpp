@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
@@ -38,6 +40,26 @@ CaptureFrame frame_from_json(const json& j) {
   return f;
 }
 
+json to_json(const ClipShot& s) {
+  return {{"first", s.first}, {"last", s.last}, {"from_s", s.from_s},
+          {"to_s", s.to_s},   {"used", s.used}, {"reason", s.reason}};
+}
+
+ClipShot shot_from_json(const json& j) {
+  return {j.at("first").get<int>(),   j.at("last").get<int>(),  j.at("from_s").get<double>(),
+          j.at("to_s").get<double>(), j.at("used").get<bool>(), j.at("reason").get<std::string>()};
+}
+
+// Files from before cuts were found say nothing of shots: they are read as one.
+std::vector<ClipShot> shots_from_json(const json& j, const std::vector<CaptureFrame>& frames) {
+  std::vector<ClipShot> shots;
+  if (const auto own = j.find("shots"); own != j.end())
+    for (const json& shot : *own) shots.push_back(shot_from_json(shot));
+  if (shots.empty() && !frames.empty())
+    shots.push_back({frames.front().frame, frames.back().frame, frames.front().time_s, frames.back().time_s});
+  return shots;
+}
+
 json to_json(const PixelRect& r) {
   return {{"x_px", r.x}, {"y_px", r.y}, {"width_px", r.width}, {"height_px", r.height}};
 }
@@ -67,6 +89,7 @@ Capture capture_from_json(const json& j) {
   c.split = *split;
   c.warnings = j.at("warnings").get<std::vector<std::string>>();
   for (const json& frame : j.at("frames")) c.frames.push_back(frame_from_json(frame));
+  c.shots = shots_from_json(j, c.frames);
   return c;
 }
 
@@ -87,6 +110,9 @@ std::string contradiction(const Capture& c) {
     }
     if (c.frames[i].held_out && c.frames[i].used) return "a frame is both held out and used";
   }
+  for (std::size_t i = 0; i < c.shots.size(); ++i)
+    if (c.shots[i].first > c.shots[i].last || (i > 0 && c.shots[i].first <= c.shots[i - 1].last))
+      return "its shots are not in ascending order";
   return {};
 }
 
@@ -100,6 +126,33 @@ std::set<int> held_out_frames(const Capture& capture) {
   return numbers;
 }
 
+namespace {
+
+// Those of the used shots; empty where they are the whole clip.
+std::vector<FrameSpan> used_spans(const Capture& capture, bool joined) {
+  std::vector<FrameSpan> spans;
+  std::size_t after = 0;  // index of the frame behind the last span
+  for (const ClipShot& shot : capture.shots) {
+    if (!shot.used) continue;
+    const auto first = std::ranges::lower_bound(capture.frames, shot.first, {}, &CaptureFrame::frame);
+    const bool follows = !spans.empty() && after == std::size_t(first - capture.frames.begin());
+    if (joined && follows)
+      spans.back().last = shot.last;
+    else
+      spans.push_back({shot.first, shot.last});
+    after = std::size_t(std::ranges::upper_bound(capture.frames, shot.last, {}, &CaptureFrame::frame) -
+                        capture.frames.begin());
+  }
+  if (spans.size() == 1 && !capture.frames.empty() && spans[0].first <= capture.frames.front().frame &&
+      spans[0].last >= capture.frames.back().frame)
+    spans.clear();
+  return spans;
+}
+
+}  // namespace
+
+std::vector<FrameSpan> spans_where_cut(const Capture& capture) { return used_spans(capture, false); }
+std::vector<FrameSpan> stretches_that_serve(const Capture& capture) { return used_spans(capture, true); }
 PixelRect tracked_part(const Capture& capture) {
   const PixelRect square{capture.crop.x, capture.crop.y, capture.crop.side, capture.crop.side};
   return capture.film.empty() ? square : common_part(square, capture.film);
@@ -118,6 +171,8 @@ std::filesystem::path frame_name(int frame) {
 Result<void> write_capture(const std::filesystem::path& path, const Capture& capture) {
   json frames = json::array();
   for (const CaptureFrame& frame : capture.frames) frames.push_back(to_json(frame));
+  json shots = json::array();
+  for (const ClipShot& shot : capture.shots) shots.push_back(to_json(shot));
   json document = {
       {"format", kFormat},
       {"version", kVersion},
@@ -130,6 +185,7 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
       {"size_px", capture.size},
       {"split", split_name(capture.split)},
       {"warnings", capture.warnings},
+      {"shots", shots},
       {"frames", frames}};
   if (!capture.film.empty()) document["film"] = to_json(capture.film);
   if (!capture.inside.empty()) document["inside"] = to_json(capture.inside);

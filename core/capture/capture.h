@@ -13,6 +13,7 @@
 #include "core/base/result.h"
 #include "core/capture/split.h"
 #include "core/image/pixel_rect.h"
+#include "core/video/frame_span.h"
 
 namespace likeness {
 
@@ -25,9 +26,12 @@ struct CaptureFrame {
   std::string refused;    // why it does not train; empty when it does or is held out
 };
 
-// Frames first..last (numbers in the source).
-struct FrameSpan {
+// A stretch of the clip between two cuts, frames first..last.
+struct ClipShot {
   int first = 0, last = 0;
+  double from_s = 0, to_s = 0;  // to_s: when its last frame ends
+  bool used = true;             // of the place from which the person is seen longest
+  std::string reason{};         // why it is not used
 };
 
 // Square in source pixels. It reaches beyond what was filmed only where the heads do not fit into a square
@@ -55,9 +59,15 @@ struct Capture {
   Split split = Split::tail;
   std::vector<std::string> warnings;
   std::vector<CaptureFrame> frames;  // every frame read (core/video/decode.h: sampled), ascending
+  // In order, at least one where there are frames. Frames between two belong to a dissolve or fade.
+  std::vector<ClipShot> shots{};
 };
 
 std::set<int> held_out_frames(const Capture& capture);
+// The spans of the used shots; empty where the clip is one shot from its first frame to its last.
+std::vector<FrameSpan> spans_where_cut(const Capture& capture);
+// The same for who does not mind a cut in place: shots that follow each other are one.
+std::vector<FrameSpan> stretches_that_serve(const Capture& capture);
 
 // The part of the source within which the person is tracked.
 PixelRect tracked_part(const Capture& capture);

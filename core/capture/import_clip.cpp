@@ -13,6 +13,7 @@
 #include "core/capture/capture.h"
 #include "core/capture/choose_crop.h"
 #include "core/capture/choose_frames.h"
+#include "core/capture/choose_shots.h"
 #include "core/capture/find_film.h"
 #include "core/capture/hold_out.h"
 #include "core/capture/import_listeners.h"
@@ -55,8 +56,15 @@ Error refused(ErrorCode code, const fs::path& video, std::string what, std::stri
   return {code, std::move(what), std::string(fix), video.string()};
 }
 
-// The faces of the sampled frames, or why the clip cannot be used.
-Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const fs::path& video) {
+// The faces of the frames sampled in the shots that serve, or why the clip cannot be used.
+Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const std::vector<ClipShot>& shots,
+                                        const fs::path& video) {
+  if (const std::string counted = counted_words(shots);
+      scan.frames.size() < kFewestFrames && !counted.empty())
+    return refused(ErrorCode::bad_input, video,
+                   fmt::format("{} These are {} frames; at least {} are needed.", counted, scan.frames.size(),
+                               kFewestFrames),
+                   "Choose a film with a longer stretch without cuts.");
   if (scan.frames.size() < kFewestFrames) {
     return is_photos(video) ? refused(ErrorCode::bad_input, video,
                                       fmt::format("The folder has {} photographs; at least {} are needed.",
@@ -98,6 +106,10 @@ std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& 
         "Where there is one, the film without bars is sharper.",
         film.width, film.height, capture.width, capture.height));
   }
+  if (const std::string counted = counted_words(capture.shots); !counted.empty())
+    warnings.push_back(counted +
+                       " To use more of it, cut the film where it is cut and add its parts as further clips: "
+                       "likeness clips PROJECT --add PART.");
   if (const int stride = sampling_stride(scan.info); stride > 1) {
     warnings.push_back(fmt::format(
         "The clip has about {} frames at {:.0f} a second; one in {} is used. A minute at 30 frames "
@@ -209,12 +221,52 @@ Result<void> hold_out(std::vector<CaptureFrame>& frames, const ImportOptions& op
   return {};
 }
 
-// info: of the whole picture.
-Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const PixelRect& film,
+// What of the scan lies in the shots that serve.
+struct ServingPart {
+  ClipScan scan;
+  std::vector<char> repeats;  // of its frames (repeated_frames.h), in the rhythm of the whole film
+};
+
+ServingPart serving_part(const ClipScan& whole, const std::vector<FrameSpan>& spans) {
+  ServingPart part;
+  part.scan.info = whole.info;
+  const std::vector<char> repeats = repeated_frames(whole.difference);
+  for (std::size_t i = 0; i < whole.frames.size(); ++i) {
+    if (span_of(spans, whole.frames[i].frame) < 0) continue;
+    part.scan.frames.push_back(whole.frames[i]);
+    part.scan.change.push_back(whole.change[i]);
+    part.repeats.push_back(repeats[i]);
+  }
+  std::ranges::copy_if(whole.samples, std::back_inserter(part.scan.samples),
+                       [&](const FaceSample& sample) { return span_of(spans, sample.frame) >= 0; });
+  return part;
+}
+
+// Why a frame outside the shots that serve does not train.
+std::string outside_words(const std::vector<ClipShot>& shots, int frame) {
+  for (const ClipShot& shot : shots)
+    if (frame >= shot.first && frame <= shot.last)
+      return fmt::format("In another shot ({}): {}.", span_words(shot.from_s, shot.to_s), shot.reason);
+  return "In a fade or dissolve between two shots.";
+}
+
+// The frames that serve in their places among all.
+void put_serving(const std::vector<CaptureFrame>& serving, Capture& capture) {
+  auto next = serving.begin();
+  for (CaptureFrame& frame : capture.frames) {
+    if (next != serving.end() && next->frame == frame.frame)
+      frame = *next++;
+    else
+      frame.refused = outside_words(capture.shots, frame.frame);
+  }
+}
+
+// capture: with frames, shots and film. info: of the whole picture.
+Result<Capture> make_capture(const fs::path& video, const ClipScan& whole, Capture capture,
                              const VideoInfo& info, const ImportOptions& options) {
-  const auto faces = judge_clip(scan, video);
+  auto [scan, repeats] = serving_part(whole, spans_where_cut(capture));
+  const auto faces = judge_clip(scan, capture.shots, video);
   if (!faces) return faces.error();
-  Capture capture;
   std::error_code ignored;
   capture.video = fs::absolute(video, ignored);
   auto hash = hash_video(video);
@@ -222,23 +274,22 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const 
   capture.video_hash = *hash;
   capture.width = info.width;
   capture.height = info.height;
-  capture.film = film;
   capture.frames_per_second = scan.info.frames_per_second;
   capture.size = options.size;
-  capture.frames = scan.frames;
   capture.split = options.split;
-  if (const auto held = hold_out(capture.frames, options, video); !held) return held.error();
-  choose_training_frames(capture.frames, scan.samples, scan.change, repeated_frames(scan.difference),
-                         options);
+  if (const auto held = hold_out(scan.frames, options, video); !held) return held.error();
+  choose_training_frames(scan.frames, scan.samples, scan.change, repeats, options);
+  put_serving(scan.frames, capture);
   const auto training = std::count_if(capture.frames.begin(), capture.frames.end(),
                                       [](const CaptureFrame& f) { return f.used; });
   if (training < std::min(kFewestTraining, options.max_frames)) {
     return refused(ErrorCode::bad_input, video,
-                   fmt::format("Only {} of {} frames show a sharp face.", training, capture.frames.size()),
+                   fmt::format("Only {} of {} frames show a sharp face.", training, scan.frames.size()),
                    is_photos(video) ? "Take them again in brighter light, holding still."
                                     : "Film again in brighter light and move more slowly.");
   }
-  const PixelRect filmed = film.empty() ? PixelRect{0, 0, capture.width, capture.height} : film;
+  const PixelRect filmed =
+      capture.film.empty() ? PixelRect{0, 0, capture.width, capture.height} : capture.film;
   const CropChoice crop = choose_crop(*faces, filmed);
   capture.crop = crop.crop;
   capture.inside = filmed_part(capture.crop, filmed, capture.size);
@@ -333,12 +384,17 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
                            progress.stage(0, 0.6, "look"), stop);
   if (!scan) return scan.error();
   reader->show_part({});
+  Capture cut;
+  cut.film = film;
+  cut.frames = scan->frames;
+  cut.shots = shots_of(*scan, film, is_photos(video));
+  scan->film.clear();
   if (listeners.moving) {
-    auto moving = listeners.moving();
+    auto moving = listeners.moving(stretches_that_serve(cut));
     if (!moving) return moving.error();
     options.moving = *moving;
   }
-  auto capture = make_capture(video, *scan, film, reader->info(), options);
+  auto capture = make_capture(video, *scan, std::move(cut), reader->info(), options);
   if (!capture) return capture.error();
   if (reader->was_interlaced())
     capture->warnings.push_back(

@@ -141,7 +141,7 @@ double face_sharpness(const Image8& picture, const FaceBox& face) {
 
 struct ClipScanner::State {
   State(const VideoInfo& info, const FaceDetector& detector, FaceLookout lookout, const Progress& shown)
-      : look(std::move(lookout)), progress(shown), finder(detector) {
+      : look(std::move(lookout)), progress(shown), finder(detector), sketcher(info) {
     scan.info = info;
     // Looks by the frames read, which are some of a fast or long clip.
     const double rate = info.frames_per_second / sampling_stride(info);
@@ -159,6 +159,7 @@ struct ClipScanner::State {
     entry.time_s = current.time_s;
     entry.sharpness = face ? face_sharpness(current.rgb, *face) : 0;
     scan.frames.push_back(std::move(entry));
+    sketcher.add(current, face);
     scan.change.push_back(face ? meter.add(current.rgb, *face) : 0);
     scan.difference.push_back(difference.add(current.rgb));
     const int count = std::max(scan.info.frame_count, current.index + 1);
@@ -172,6 +173,7 @@ struct ClipScanner::State {
   std::size_t stride = 1;
   FaceFinder finder;
   ChangeMeter meter;
+  FilmSketcher sketcher;
   DifferenceMeter difference;
   std::optional<FaceBox> face;  // the last one found; it moves little within the sampling period
 };
@@ -189,6 +191,7 @@ FrameListener ClipScanner::listener() {
 }
 
 ClipScan ClipScanner::take(const PixelRect& corner) {
+  state_->scan.film = state_->sketcher.take();
   for (FaceSample& sample : state_->scan.samples)
     if (sample.face) sample.face->x += corner.x, sample.face->y += corner.y;
   return std::move(state_->scan);

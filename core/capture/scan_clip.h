@@ -11,6 +11,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/capture/capture.h"
+#include "core/capture/sketch_film.h"
 #include "core/face/landmarks.h"
 #include "core/image/pixel_rect.h"
 #include "core/video/decode_for.h"
@@ -31,6 +32,7 @@ struct ClipScan {
       change;  // of the face since the frame before, mean of a small picture of it, 8-bit units
   std::vector<float> difference;    // of the whole picture (repeated_frames.h)
   std::vector<FaceSample> samples;  // about five a second
+  std::vector<FrameSketch> film;    // one a frame: what cuts are found by
 };
 
 // Called with every sampled picture (luma only) when its face has been sought; may be empty.

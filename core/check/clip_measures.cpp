@@ -10,6 +10,7 @@
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
 #include "core/camera/assumed_lens.h"
+#include "core/capture/choose_shots.h"
 #include "core/capture/find_film.h"
 #include "core/capture/repeated_frames.h"
 #include "core/capture/scan_clip.h"
@@ -171,11 +172,12 @@ ClipFacts clip_facts(const ClipMeasures& measures) {
     facts.mask = {MaskPrior::person_network, measures.faces, measures.persons_seen};
   PartsFacts& parts = facts.parts;
   parts.seconds = measures.duration_s;
-  const auto faceless = std::ranges::count_if(measures.looks, [](const Look& l) { return !l.face; });
+  const auto faceless =
+      std::ranges::count_if(measures.looks, [](const Look& l) { return l.serves && !l.face; });
   parts.faceless_s =
       measures.duration_s * double(faceless) / double(std::max<std::size_t>(1, measures.looks.size()));
   parts.frames = measures.frames, parts.repeated = measures.repeated;
-  parts.film = measures.film;
+  parts.film = measures.film, parts.shots = measures.shots;
   parts.width = measures.whole_width, parts.height = measures.whole_height;
   return facts;
 }
@@ -238,9 +240,15 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
   if (!scan->frames.empty())
     measures.duration_s = scan->frames.back().time_s - scan->frames.front().time_s +
                           (whole->frames_per_second > 0 ? 1 / whole->frames_per_second : 0);
+  Capture cut;
+  cut.frames = scan->frames;
+  std::error_code ignored;
+  measures.shots = cut.shots = shots_of(*scan, *film, std::filesystem::is_directory(video, ignored));
+  for (Look& look : measures.looks) look.serves = span_of(spans_where_cut(cut), look.frame) >= 0;
   if (auto fitted = fit.run(measures.looks, progress.stage(0.5, 0.6, "expressions"), stop); !fitted)
     return fitted.error();
-  auto camera = measure_camera(video, *person, *film, measures.info, progress.stage(0.6, 1, "camera"), stop);
+  auto camera = measure_camera(video, *person, *film, measures.info, stretches_that_serve(cut),
+                               progress.stage(0.6, 1, "camera"), stop);
   if (!camera) return camera.error();
   measures.camera = std::move(*camera);
   measures.has_person_network = sightings->network;

@@ -11,6 +11,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/capture/capture.h"
 #include "core/check/clip_words.h"
 #include "core/check/measure_camera.h"
 #include "core/face/landmarks.h"
@@ -29,6 +30,7 @@ inline constexpr std::array kKeyExpressions{KeyExpression::open_mouth, KeyExpres
 struct Look {
   int frame = 0;
   double time_s = 0;
+  bool serves = true;           // in a shot that would serve
   std::optional<FaceBox> face;  // of the main person, source px
   bool second_face = false;     // another of comparable size is in view
   // Of pictures with a face:
@@ -46,6 +48,7 @@ struct ClipMeasures {
   int frames = 0;         // decoded
   double duration_s = 0;  // of them
   std::vector<Look> looks;
+  std::vector<ClipShot> shots;  // of a film that was cut, those that would serve and the others
   CameraMeasures camera;
   // What was filmed of the pictures: without the bars that an editor added (core/capture/find_film.h), px of
   // the clip; empty: all of them. All else is about it, and in its pixels: `info`, too.

@@ -5,7 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
+
+#include "core/capture/choose_shots.h"
 
 namespace likeness {
 namespace {
@@ -23,10 +24,19 @@ std::string joined(const std::vector<std::string>& parts) {
 // "1 frame", "20 frames"
 std::string frames_words(int count) { return fmt::format("{} frame{}", count, count == 1 ? "" : "s"); }
 
-std::string cut_words(const std::vector<CameraShot>& shots) {
+double left_out_s(const std::vector<ClipShot>& shots) {
+  double left_out = 0;
+  for (const ClipShot& shot : shots)
+    if (!shot.used) left_out += shot.to_s - shot.from_s;
+  return left_out;
+}
+
+std::string cut_words(const std::vector<ClipShot>& shots) {
+  if (left_out_s(shots) > 0)
+    return fmt::format("outside {} it shows another place, angle or crop, or no face", serving_words(shots));
   std::vector<std::string> times;
   for (std::size_t i = 1; i < shots.size(); ++i) times.push_back(fmt::format("{:.1f} s", shots[i].from_s));
-  return fmt::format("it is cut into {} shots, at {}", shots.size(), joined(times));
+  return fmt::format("it is cut at {}", joined(times));
 }
 
 std::string bars_words(const PartsFacts& facts) {
@@ -36,11 +46,11 @@ std::string bars_words(const PartsFacts& facts) {
                                                                 : "beside it");
 }
 
-PartsFacts parts_of(const Capture& capture, std::vector<CameraShot> shots) {
+PartsFacts parts_of(const Capture& capture) {
   PartsFacts facts;
   facts.frames = int(capture.frames.size());
   facts.width = capture.width, facts.height = capture.height, facts.film = capture.film;
-  facts.shots = std::move(shots);
+  facts.shots = capture.shots;
   if (capture.frames.empty()) return facts;
   int faceless = 0, blurred = 0;
   for (const CaptureFrame& frame : capture.frames) {
@@ -75,9 +85,7 @@ ClipFacts clip_facts(const ClipResults& results) {
     facts.mask = {results.mattes->prior, results.mattes->frames, results.mattes->prior_frames};
   else if (results.person_network)
     facts.mask.prior = MaskPrior::person_network;
-  if (results.capture)
-    facts.parts =
-        parts_of(*results.capture, results.cameras ? results.cameras->shots : std::vector<CameraShot>{});
+  if (results.capture) facts.parts = parts_of(*results.capture);
   return facts;
 }
 
@@ -127,7 +135,7 @@ std::string mask_sentence(const MaskFacts& facts) {
 }
 
 std::string parts_sentence(const PartsFacts& facts) {
-  const double lost = facts.faceless_s + facts.blurred_s;
+  const double lost = facts.faceless_s + facts.blurred_s + left_out_s(facts.shots);
   const double serve = std::max(0.0, facts.seconds - lost);
   std::vector<std::string> why;
   if (facts.faceless_s >= kWorthSaying_s)

@@ -31,9 +31,9 @@ struct PartsFacts {
   double faceless_s = 0;  // without a face near
   double blurred_s = 0;   // whose face is too blurred to train
   int frames = 0, repeated = 0;
-  int width = 0, height = 0;        // px, of the whole picture
-  PixelRect film{};                 // what was filmed of it; empty: all
-  std::vector<CameraShot> shots{};  // between cuts, in order; one or none: there are no cuts
+  int width = 0, height = 0;      // px, of the whole picture
+  PixelRect film{};               // what was filmed of it; empty: all
+  std::vector<ClipShot> shots{};  // between cuts, in order; one or none: there are no cuts
 };
 struct ClipFacts {
   CameraFacts camera{};

@@ -52,13 +52,14 @@ void take_verdict(const CameraVerdict& verdict, CameraMeasures& camera) {
 }  // namespace
 
 Result<CameraMeasures> measure_camera(const std::filesystem::path& video, const PersonMask& person,
-                                      const PixelRect& film, const VideoInfo& info, const Progress& progress,
+                                      const PixelRect& film, const VideoInfo& info,
+                                      const std::vector<FrameSpan>& stretches, const Progress& progress,
                                       std::stop_token stop) {
   const AlignOptions usual;
   const double rest = usual.static_motion_px_per_1000;
   BackgroundPictures pictures;
-  const auto motion = measure_background_motion(video, person, rest_limit(usual),
-                                                progress.stage(0, 0.7, "camera"), stop, &pictures, film);
+  const auto motion = measure_background_motion(
+      video, person, rest_limit(usual), progress.stage(0, 0.7, "camera"), stop, &pictures, film, stretches);
   if (!motion) return motion.error();
   CameraMeasures camera;
   camera.motion = motion->motion, camera.tracks = motion->tracks;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
@@ -12,6 +13,7 @@
 #include "core/camera/motion.h"
 #include "core/image/pixel_rect.h"
 #include "core/video/decode.h"
+#include "core/video/frame_span.h"
 
 namespace likeness {
 
@@ -28,9 +30,11 @@ struct CameraMeasures {
   std::string evidence{};  // in a sentence or two, with figures
 };
 
-// film: what was filmed of the clip; empty: all of it. info: of the film.
+// film: what was filmed of the clip; empty: all of it. info: of the film. stretches: as AlignOptions has
+// them.
 Result<CameraMeasures> measure_camera(const std::filesystem::path& video, const PersonMask& person,
-                                      const PixelRect& film, const VideoInfo& info, const Progress& progress,
+                                      const PixelRect& film, const VideoInfo& info,
+                                      const std::vector<FrameSpan>& stretches, const Progress& progress,
                                       std::stop_token stop);
 
 }  // namespace likeness

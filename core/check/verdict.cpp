@@ -90,9 +90,19 @@ double range_of(const std::vector<Look>& looks, const Test& applies, F value) {
   return quantile(values, 0.97) - quantile(values, 0.03);
 }
 
+// What of a film that was cut would serve: the rest is judged by nobody.
+ClipMeasures serving_part(const ClipMeasures& whole) {
+  ClipMeasures part = whole;
+  std::erase_if(part.looks, [](const Look& look) { return !look.serves; });
+  for (const ClipShot& shot : whole.shots)
+    if (!shot.used) part.duration_s -= shot.to_s - shot.from_s;
+  part.duration_s = std::max(0.0, part.duration_s);
+  return part;
+}
+
 class Judge {
  public:
-  explicit Judge(const ClipMeasures& clip) : clip_(clip) {}
+  explicit Judge(const ClipMeasures& clip) : clip_(serving_part(clip)) {}
 
   CaptureVerdict judge() {
     judge_people();
@@ -238,7 +248,7 @@ class Judge {
           "Rest the camera on something, or film in front of a background with detail.");
   }
 
-  const ClipMeasures& clip_;
+  const ClipMeasures clip_;
   double share_of_faces_ = 0;
   CaptureVerdict out_;
 };
@@ -269,8 +279,9 @@ std::array<KeyExpressionShown, kKeyExpressions.size()> key_expressions_shown(con
   std::array<KeyExpressionShown, kKeyExpressions.size()> shown;
   for (std::size_t d = 0; d < kKeyExpressions.size(); ++d) {
     shown[d] = {kKeyExpressionInfo[d].words, 0, kKeyExpressionInfo[d].range};
-    const std::vector<double> amounts =
-        values_of(measures.looks, is_posed, [&](const Look& look) { return look.expressions[d]; });
+    const std::vector<double> amounts = values_of(
+        measures.looks, [](const Look& look) { return look.posed && look.serves; },
+        [&](const Look& look) { return look.expressions[d]; });
     if (amounts.size() < 2) continue;
     // In at least two looks: one may be an error of the fit, and a blink is hardly ever in more.
     const double most = quantile(amounts, 1 - 1.0 / static_cast<double>(amounts.size() - 1));

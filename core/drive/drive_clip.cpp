@@ -10,6 +10,7 @@
 #include "core/base/files.h"
 #include "core/camera/clip_camera.h"
 #include "core/capture/choose_crop.h"
+#include "core/capture/find_cuts.h"
 #include "core/capture/find_film.h"
 #include "core/capture/scan_clip.h"
 #include "core/project/project_head_model.h"
@@ -26,14 +27,26 @@ namespace {
 
 constexpr int kWholePicture = 640;  // px; larger pictures are cropped to head and shoulders, as on import
 
-Result<TrackRegion> face_region(const fs::path& video, const PixelRect& film, const fs::path& landmark_model,
-                                const Progress& progress, std::stop_token stop) {
-  const TrackRegion whole{film.x, film.y, film.width, film.height};
-  if (std::max(film.width, film.height) <= kWholePicture) return whole;
+// Where the driver is, and the shots of the film: no pose is carried over a cut, but all of them are tracked.
+struct DriverPlace {
+  TrackRegion region;
+  std::vector<FrameSpan> shots;  // empty: one
+};
+
+Result<DriverPlace> find_driver(const fs::path& video, const VideoInfo& info, const PixelRect& film,
+                                const fs::path& landmark_model, const Progress& progress,
+                                std::stop_token stop) {
+  DriverPlace place{{film.x, film.y, film.width, film.height}, {}};
   const auto detector = FaceDetector::load(landmark_model);
   if (!detector) return detector.error();
   const auto scan = scan_clip(video, *detector, {}, film, progress, stop);
   if (!scan) return scan.error();
+  place.shots = find_shots(scan->film);
+  // Frames that the scan passed over, before the first cut and after the last look, are tracked, too.
+  if (!place.shots.empty()) place.shots.back().last += sampling_stride(info);
+  std::error_code ignored;
+  if (place.shots.size() < 2 || fs::is_directory(video, ignored)) place.shots.clear();
+  if (std::max(film.width, film.height) <= kWholePicture) return place;
   std::vector<FaceBox> faces;
   for (const FaceSample& sample : scan->samples)
     if (sample.face) faces.push_back(*sample.face);
@@ -43,7 +56,8 @@ Result<TrackRegion> face_region(const fs::path& video, const PixelRect& film, co
   }
   const SquareCrop crop = choose_crop(faces, film).crop;
   const PixelRect part = common_part({crop.x, crop.y, crop.side, crop.side}, film);
-  return TrackRegion{part.x, part.y, part.width, part.height};
+  place.region = {part.x, part.y, part.width, part.height};
+  return place;
 }
 
 Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, const HeadModel& model,
@@ -68,13 +82,14 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
   const auto film = find_film(request.video, progress.stage(0, 0.03, "looking for bars"), stop);
   if (!film) return film.error();
   const PixelRect filmed = film->empty() ? PixelRect{0, 0, info.width, info.height} : *film;
-  const auto region = face_region(request.video, filmed, request.landmark_model,
-                                  progress.stage(0.03, 0.15, "looking for the face"), stop);
-  if (!region) return region.error();
+  const auto place = find_driver(request.video, info, filmed, request.landmark_model,
+                                 progress.stage(0.03, 0.15, "looking for the face"), stop);
+  if (!place) return place.error();
   TrackOptions options;
+  options.shots = place->shots;
   options.predictor = request.landmark_model;
   options.every_frame = true;  // the result has the clip's own rate
-  auto track = track_clip(request.video, *region, assumed_camera(info, *film), {}, model, options,
+  auto track = track_clip(request.video, place->region, assumed_camera(info, *film), {}, model, options,
                           progress.stage(0.15, 1, "tracking the driver"), stop);
   if (!track) return track.error();
   track->head_model_file = request.head_model.string();

@@ -144,7 +144,7 @@ const FaceFrame* neighbour(const std::vector<FaceFrame>& frames, std::size_t i, 
   const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + offset;
   if (j < 0 || j >= static_cast<std::ptrdiff_t>(frames.size())) return nullptr;
   const FaceFrame& n = frames[j];
-  if (!n.seen || n.frame != frames[i].frame + offset * spacing) return nullptr;
+  if (!n.seen || n.shot != frames[i].shot || n.frame != frames[i].frame + offset * spacing) return nullptr;
   if (frames[i].held_out ? offset > 0 : n.held_out) return nullptr;
   return &n;
 }

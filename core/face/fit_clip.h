@@ -17,6 +17,7 @@ struct FaceFrame {
   int frame = 0;      // number in the source
   bool seen = false;  // has landmarks
   bool held_out = false;
+  int shot = 0;             // frames of different ones are no neighbours: the film was cut between them
   bool pose_given = false;  // the pose is held: dense tracks are more accurate than landmarks
   FaceObservation observation;
   FaceState state;    // guess in, fit out

@@ -80,6 +80,7 @@ struct KeptDecoding::State {
     if (photographs || inputs().camera == CameraKind::resting) return std::vector<FrameListener>();
     const auto hash = hash_video(inputs().video);
     if (!hash) return hash.error();
+    video_hash = *hash;
     meter.reset();  // of the whole picture, where bars were found in it
     meter_failed = false;
     align.film = film;
@@ -109,11 +110,27 @@ struct KeptDecoding::State {
     return {};
   }
 
+  // Where parts of a film are left out, what was measured over its cuts is no motion of the camera.
+  Result<void> measure_again(const std::vector<FrameSpan>& stretches) {
+    if (align.stretches == stretches) return {};
+    align.stretches = stretches;
+    motion_key = motion_inputs(video_hash, align);
+    meter.reset();
+    motion = kept_motion(decoded_path(context.project), motion_key);
+    if (motion) return {};
+    auto measured = measure_background_motion(inputs().video, person, rest_limit(align), {}, context.stop,
+                                              &background, align.film, stretches);
+    if (!measured) return measured.error();
+    motion = std::move(*measured);
+    return {};
+  }
+
   // The frames that a moving camera filmed; nullopt: it rests, or is stated to.
-  Result<std::optional<FrameSpan>> moving() {
+  Result<std::optional<FrameSpan>> moving(const std::vector<FrameSpan>& stretches) {
     if (inputs().camera == CameraKind::resting) return std::optional<FrameSpan>{};
     if (photographs)  // each was taken from another place
       return std::optional<FrameSpan>(FrameSpan{0, std::numeric_limits<int>::max()});
+    if (const auto measured = measure_again(stretches); !measured) return measured.error();
     if (const auto measured = measure(); !measured) return measured.error();
     if (!motion || motion->motion <= align.static_motion_px_per_1000) return std::optional<FrameSpan>{};
     const auto stretch = moving_stretch(*motion);
@@ -123,6 +140,8 @@ struct KeptDecoding::State {
 
   Result<std::vector<FrameListener>> writing(const VideoInfo& info, const Capture& capture) {
     std::vector<FrameListener> listeners;
+    // Parts that are left out were measured with the rest; align, which needs it, measures again.
+    if (align.stretches != stretches_that_serve(capture)) motion.reset(), meter.reset();
     const auto measured = measure();
     if (!make_writable_folder(kept.temporary())) return listeners;
     made = true;
@@ -162,6 +181,7 @@ struct KeptDecoding::State {
                       std::vector<FrameListener>& listeners) {
     TrackOptions options;
     options.predictor = context.inputs.fit.landmark_model;
+    options.shots = spans_where_cut(capture);
     const std::uint64_t bytes = kept_clip_bytes(capture.frames.size(), options);
     if (bytes > room) return;
     const PixelRect part = tracked_part(capture);
@@ -207,7 +227,7 @@ struct KeptDecoding::State {
   const bool photographs;
   bool aligned = false;  // the cameras are current
   PersonMask person;
-  std::string motion_key;
+  std::string motion_key, video_hash;
   std::optional<MotionMeter> meter;
   std::optional<BackgroundMotion> motion;
   BackgroundPictures background;
@@ -224,7 +244,8 @@ ImportListeners KeptDecoding::listeners() {
   listeners.looking = [this](const VideoInfo& info, const PixelRect& film) {
     return state_->looking(info, film);
   };
-  if (state_->split_asks()) listeners.moving = [this] { return state_->moving(); };
+  if (state_->split_asks())
+    listeners.moving = [this](const std::vector<FrameSpan>& stretches) { return state_->moving(stretches); };
   listeners.writing = [this](const VideoInfo& info, const Capture& capture) {
     return state_->writing(info, capture);
   };

@@ -97,9 +97,13 @@ std::string align_text(const Project& project, const AlignInputs& inputs) {
   if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
   if (camera != CameraKind::resting)
     text += person_network_text(person_network);  // else nobody is looked for
-  if (const auto capture = read_capture(capture_path(project)); capture && !capture->film.empty()) {
-    const PixelRect& film = capture->film;
-    text += fmt::format(" film {} {} {} {}", film.x, film.y, film.width, film.height);
+  // Only of a film with bars, or of which parts are left out, so that the hashes of other projects stay as
+  // they are.
+  if (const auto capture = read_capture(capture_path(project))) {
+    if (const PixelRect& film = capture->film; !film.empty())
+      text += fmt::format(" film {} {} {} {}", film.x, film.y, film.width, film.height);
+    for (const FrameSpan& part : stretches_that_serve(*capture))
+      text += fmt::format(" {}-{}", part.first, part.last);
   }
   return text + landmark_model_text(landmark_model);
 }

@@ -54,8 +54,9 @@ class ClipReader {
       if (stop.stop_requested()) return;
       Pending& p = pending_[from + k - done_];
       ClipFrame& frame = clip_.frames[from + k];
+      if (frame.shot < 0) return;
       if (k % kScanEvery != 0 && !crowd_[frame.held_out])
-        p.found = seek_near(p.rgb, last_seen(from, frame.held_out));
+        p.found = seek_near(p.rgb, last_seen(from, frame.held_out, frame.shot));
       frame.scanned = p.found.empty();
       if (p.found.empty()) p.found = detector_.detect(p.rgb);
     };
@@ -77,9 +78,10 @@ class ClipReader {
   }
 
  private:
-  // The last face before frame i. A training frame knows only training frames; a held-out one all before it.
-  const FaceBox* last_seen(std::size_t i, bool held_out, std::size_t reach = kBridge) const {
-    for (std::size_t j = i; j-- > 0 && i - j <= reach;)
+  // The last face of a shot before frame i. A training frame knows only training frames; a held-out one all
+  // before it.
+  const FaceBox* last_seen(std::size_t i, bool held_out, int shot, std::size_t reach = kBridge) const {
+    for (std::size_t j = i; j-- > 0 && i - j <= reach && clip_.frames[j].shot == shot;)
       if (raw_[j] && (held_out || !clip_.frames[j].held_out)) return &*raw_[j];
     return nullptr;
   }
@@ -137,11 +139,12 @@ class ClipReader {
     ClipFrame& frame = clip_.frames[i];
     Pending& pending = pending_[i - done_];
     std::vector<FaceBox>& found = pending.found;
+    if (frame.shot < 0) return;
     if (found.empty())
-      if (const FaceBox* place = last_seen(i, frame.held_out, kRecall))
+      if (const FaceBox* place = last_seen(i, frame.held_out, frame.shot, kRecall))
         found = detector_.detect(pending.rgb, place);
     if (found.empty()) return;
-    const FaceBox* before = last_seen(i, frame.held_out);
+    const FaceBox* before = last_seen(i, frame.held_out, frame.shot);
     const FaceBox* face = &found.front();
     if (found.size() == 1) {
       if (before && overlap(*face, *before) < 0.15 && alike(main_, look_at(pending.rgb, *face)) < kSamePerson)
@@ -175,7 +178,9 @@ class ClipReader {
     const bool held_out = clip_.frames[i].held_out;
     std::vector<double> x, y, w;
     const auto use = [&](std::size_t j) {
-      if (!raw_[j] || (held_out ? j > i : clip_.frames[j].held_out)) return;
+      if (!raw_[j] || clip_.frames[j].shot != clip_.frames[i].shot ||
+          (held_out ? j > i : clip_.frames[j].held_out))
+        return;
       x.push_back(raw_[j]->x + 0.5 * raw_[j]->width);
       y.push_back(raw_[j]->y + 0.5 * raw_[j]->height);
       w.push_back(std::log(raw_[j]->width));
@@ -268,6 +273,7 @@ ClipFrame grey_frame(const VideoFrame& source, const Image8& part, const std::se
   frame.frame = source.index;
   frame.time_s = source.time_s;
   frame.held_out = held_out.contains(source.index);
+  frame.shot = span_of(options.shots, source.index);
   frame.grey = to_grey_image(reduced_to(part, options.working_size));
   return frame;
 }

@@ -22,6 +22,7 @@ struct ClipFrame {
   int frame = 0;
   double time_s = 0;
   bool held_out = false;
+  int shot = 0;                        // index of TrackOptions::shots; -1: in none, no face is sought
   Image8 grey;                         // (h, w, 1) of the region, longer side = working size
   bool detected = false;               // the detector itself saw the face, no neighbour helped
   bool scanned = false;                // the whole picture was searched, not only the face's surroundings

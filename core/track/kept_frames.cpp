@@ -63,6 +63,7 @@ Landmarks landmarks_from(const json& j) {
 json frame_json(const ClipFrame& f) {
   json j = {{"frame", f.frame},     {"time_s", f.time_s}, {"held_out", f.held_out}, {"detected", f.detected},
             {"scanned", f.scanned}, {"rival", f.rival},   {"box", box_json(f.box)}};
+  if (f.shot != 0) j["shot"] = f.shot;
   if (f.landmarks) j["landmarks"] = landmarks_json(*f.landmarks);
   return j;
 }
@@ -72,6 +73,7 @@ ClipFrame frame_from(const json& j) {
   f.frame = j.at("frame").get<int>();
   f.time_s = j.at("time_s").get<double>();
   f.held_out = j.at("held_out").get<bool>();
+  f.shot = j.value("shot", 0);
   f.detected = j.at("detected").get<bool>();
   f.scanned = j.at("scanned").get<bool>();
   f.rival = j.at("rival").get<bool>();
@@ -87,9 +89,12 @@ Result<std::string> clip_frames_inputs(const std::string& video_hash, const Trac
   std::string predictor = landmark_source_hash(options.predictor);
   if (predictor == "absent") return hash_file(options.predictor).error();
   if (predictor.empty()) predictor = "the system's";
-  return fmt::format("landmarks {} {} {},{} {}x{} {} {} held out {}", kFoundVersion, video_hash, region.x,
-                     region.y, region.width, region.height, options.working_size, predictor,
-                     fmt::join(held_out, ","));
+  std::string inputs = fmt::format("landmarks {} {} {},{} {}x{} {} {} held out {}", kFoundVersion, video_hash,
+                                   region.x, region.y, region.width, region.height, options.working_size,
+                                   predictor, fmt::join(held_out, ","));
+  if (!options.shots.empty()) inputs += " shots";
+  for (const FrameSpan& shot : options.shots) inputs += fmt::format(" {}-{}", shot.first, shot.last);
+  return inputs;
 }
 
 struct ClipFrameKeeper::State {

@@ -8,6 +8,7 @@
 
 #include "core/head/head_model.h"
 #include "core/track/stage_clock.h"
+#include "core/video/frame_span.h"
 
 namespace likeness {
 
@@ -22,10 +23,14 @@ struct TrackOptions {
   // Known from another clip, so that both have one head frame, or from elsewhere (core/head/read_person.h):
   // held to the last bit.
   std::optional<PersonShape> person;
-  std::vector<int> rest_frames;     // that show the person's resting face, by the user's word; empty: found
-  bool photometric = true;          // pose, jaw and expression refined on the pictures, after the dense fit
-  bool gaze = true;                 // measure where the eyes look; off: straight ahead
-  bool dense = true;                // point tracks and bundle adjustment after the landmark fit
+  std::vector<int> rest_frames;  // that show the person's resting face, by the user's word; empty: found
+  bool photometric = true;       // pose, jaw and expression refined on the pictures, after the dense fit
+  bool gaze = true;              // measure where the eyes look; off: straight ahead
+  bool dense = true;             // point tracks and bundle adjustment after the landmark fit
+  // Of a film that was cut: the shots that are tracked, with one identity, neutral and cloud of points, but
+  // nothing passed from a frame of one to a frame of another. What lies outside is lost, and costs no time.
+  // Empty: the whole clip is one.
+  std::vector<FrameSpan> shots{};
   std::filesystem::path predictor;  // landmark model: as landmark_source takes it
   // Where import kept what its decoding showed for this (core/track/kept_frames.h); empty: nowhere. Changes
   // no result.

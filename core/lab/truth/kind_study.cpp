@@ -11,6 +11,10 @@
 #include "core/base/json_text.h"
 #include "core/base/program_files.h"
 #include "core/camera/align.h"
+#include "core/capture/capture.h"
+#include "core/capture/choose_shots.h"
+#include "core/capture/scan_clip.h"
+#include "core/face/landmarks.h"
 #include "core/lab/truth/camera_truth.h"
 #include "core/matte/coarse_mask.h"
 #include "core/matte/person_network.h"
@@ -40,6 +44,7 @@ std::string inputs_of(const KindClip& clip, const KindStudyOptions& options) {
   const auto program = hash_file(program_file());
   std::string text =
       fmt::format("kinds {} {} {}", program ? *program : "", demo_words(clip.film), options.align.seed);
+  for (const FrameSpan& part : options.align.stretches) text += fmt::format(" {}-{}", part.first, part.last);
   if (!options.landmark_model.empty()) {
     const auto model = hash_file(options.landmark_model);
     text += model ? *model : "absent";
@@ -103,16 +108,43 @@ Result<CameraSet> cameras_of(KindRow& row, const fs::path& folder, const KindStu
   return std::move(aligned->cameras);
 }
 
+// Of a film that was cut, the parts that import would use; empty: all of it.
+Result<std::vector<FrameSpan>> serving_stretches(const fs::path& video, const fs::path& landmark_model,
+                                                 const Progress& progress, std::stop_token stop) {
+  const auto detector = FaceDetector::load(landmark_model);
+  if (!detector) return detector.error();
+  const auto scan = scan_clip(video, *detector, {}, {}, progress, stop);
+  if (!scan) return scan.error();
+  Capture capture;
+  capture.frames = scan->frames;
+  capture.shots = shots_of(*scan, {}, false);
+  return stretches_that_serve(capture);
+}
+
+// What the camera does between cuts, and only where import would use the film.
+void keep_stretches(const std::vector<FrameSpan>& stretches, const DemoOptions& film, CameraTruth& truth) {
+  std::erase_if(truth.cameras.cameras,
+                [&](const Camera& camera) { return span_of(stretches, camera.frame) < 0; });
+  if (film.camera == DemoCamera::resting) truth.kind = CameraKind::resting;
+}
+
 Result<KindRow> study_clip(const KindClip& clip, const fs::path& folder, const KindStudyOptions& options,
                            const Progress& progress, std::stop_token stop) {
   KindRow row;
   row.clip = clip;
   if (auto filmed = film_clip(clip, folder, progress.stage(0, kFilming, clip.name), stop); !filmed)
     return filmed.error();
-  const auto truth = read_camera_truth(folder);
+  auto truth = read_camera_truth(folder);
   if (!truth) return truth.error();
+  KindStudyOptions own = options;
+  if (clip.film.cuts > 0) {
+    const auto stretches = serving_stretches(truth->input, options.landmark_model, {}, stop);
+    if (!stretches) return stretches.error();
+    own.align.stretches = *stretches;
+    keep_stretches(*stretches, clip.film, *truth);
+  }
   row.truth = truth->kind;
-  const auto cameras = cameras_of(row, folder, options, progress.stage(kFilming, 1, clip.name), stop);
+  const auto cameras = cameras_of(row, folder, own, progress.stage(kFilming, 1, clip.name), stop);
   if (!cameras) return cameras.error();
   row.outcome = judge_kind(clip.film.wall, row.truth, row.found);
   row.views = compare_views(*cameras, truth->cameras, truth->shots);

@@ -40,6 +40,7 @@ void prepare(const CameraSet& cameras, const HeadModel& model, ClipWork& work) {
     FaceFrame& face = work.faces[i];
     face.frame = source.frame;
     face.held_out = source.held_out;
+    face.shot = source.shot;
     face.state.expression = Eigen::VectorXd::Zero(work.head.expression_count());
     if (!work.cameras[i]) continue;
     work.intrinsics[i] = working_intrinsics(work.cameras[i]->intrinsics, work.clip);
@@ -200,13 +201,15 @@ Result<void> measure_eyes(const HeadModel& model, ClipWork& work, const Progress
   std::optional<Gaze> last, last_training;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     const bool held_out = work.faces[i].held_out;
+    const int shot = work.faces[i].shot;
+    if (i > 0 && work.faces[i - 1].shot != shot) last.reset(), last_training.reset();
     Gaze sum;
     double weight = 0;
     const int reach = held_out || work.spacing == 0 ? 0 : 1;
     for (int k = -reach; k <= reach; ++k) {
       const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + k;
       if (j < 0 || j >= static_cast<std::ptrdiff_t>(raw.size()) || !raw[j] ||
-          (!held_out && work.faces[j].held_out))
+          (!held_out && work.faces[j].held_out) || work.faces[j].shot != shot)
         continue;
       const double w = k == 0 ? 2 : 1;
       sum.yaw += w * raw[j]->yaw, sum.pitch += w * raw[j]->pitch, weight += w;

@@ -15,6 +15,7 @@ namespace {
 FrameEvidence evidence_of(const ClipWork& work, std::size_t i, const TrackedFrame& tracked) {
   const ClipFrame& source = work.clip.frames[i];
   FrameEvidence e;
+  e.in_shot = source.shot >= 0;
   e.camera_known = work.cameras[i] != nullptr;
   e.seen = work.faces[i].seen;
   e.detected = source.detected;
@@ -70,8 +71,9 @@ std::vector<TrackedFrame> describe_frames(const ClipWork& work, const HeadModel&
     frames[i].reason = verdict.reason;
   }
   std::vector<bool> held_out;
-  for (const FaceFrame& face : work.faces) held_out.push_back(face.held_out);
-  bridge_lost(frames, held_out);
+  std::vector<int> shots;
+  for (const FaceFrame& face : work.faces) held_out.push_back(face.held_out), shots.push_back(face.shot);
+  bridge_lost(frames, held_out, shots);
   return frames;
 }
 

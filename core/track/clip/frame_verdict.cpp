@@ -24,6 +24,7 @@ Pose pose_between(const Pose& a, const Pose& b, double t) {
 }
 
 FrameVerdict judge_frame(const FrameEvidence& e, double usual_error_px) {
+  if (!e.in_shot) return {FrameStatus::lost, "in another shot of the film"};
   if (!e.camera_known) return {FrameStatus::lost, "the camera of this frame is unknown"};
   if (!e.seen) return {FrameStatus::lost, "no face found"};
   const auto misses = [&] {
@@ -67,13 +68,18 @@ const TrackedFrame* nearest(const std::vector<TrackedFrame>& frames, std::size_t
 
 }  // namespace
 
-void bridge_lost(std::vector<TrackedFrame>& frames, const std::vector<bool>& held_out) {
+void bridge_lost(std::vector<TrackedFrame>& frames, const std::vector<bool>& held_out,
+                 const std::vector<int>& shots) {
   const auto is_held_out = [&](std::size_t i) { return i < held_out.size() && held_out[i]; };
   for (std::size_t i = 0; i < frames.size(); ++i) {
     TrackedFrame& f = frames[i];
     if (f.status != FrameStatus::lost) continue;
     const auto may_know = [&](std::size_t j) { return is_held_out(i) ? j < i : !is_held_out(j); };
-    const TrackedFrame *before = nearest(frames, i, -1, may_know), *after = nearest(frames, i, 1, may_know);
+    const auto of_shot = [&](std::size_t j) {
+      return may_know(j) && (shots.empty() || shots[j] == shots[i]);
+    };
+    const TrackedFrame *before = nearest(frames, i, -1, of_shot), *after = nearest(frames, i, 1, of_shot);
+    if (!before && !after) before = nearest(frames, i, -1, may_know), after = nearest(frames, i, 1, may_know);
     if (!before && !after) continue;
     const TrackedFrame &a = before ? *before : *after, &b = after ? *after : *before;
     const double t = b.frame > a.frame ? static_cast<double>(f.frame - a.frame) / (b.frame - a.frame) : 0.0;

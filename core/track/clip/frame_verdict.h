@@ -9,6 +9,7 @@ namespace likeness {
 
 // What is known of one frame when its verdict falls. Lengths in working px.
 struct FrameEvidence {
+  bool in_shot = true;  // false: in a part of the film that is left out
   bool camera_known = false;
   bool seen = false;           // it has landmarks
   bool detected = false;       // the detector itself found the face in this frame
@@ -37,7 +38,9 @@ Pose pose_between(const Pose& a, const Pose& b, double t);
 
 // Lost frames get the pose and face between their neighbours, so that players need no special case. held_out:
 // of the frames, or empty: a training frame lies between training frames, a held-out one goes on from what
-// came before it. Where no such neighbour is, it stays as it is.
-void bridge_lost(std::vector<TrackedFrame>& frames, const std::vector<bool>& held_out = {});
+// came before it. Where no such neighbour is, it stays as it is. shots: of the frames, or empty; a frame lies
+// between those of its own shot if there is any, else between those of the others.
+void bridge_lost(std::vector<TrackedFrame>& frames, const std::vector<bool>& held_out = {},
+                 const std::vector<int>& shots = {});
 
 }  // namespace likeness

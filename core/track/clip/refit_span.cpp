@@ -28,8 +28,19 @@ double usual_error(const Track& track, const std::set<int>& held_out) {
   return median(std::move(errors));
 }
 
-// What of the clip is to be read: to the nearest good frame on either side and a margin beyond. Nothing is
-// read after a span of held-out frames.
+// The parts of a span in the shots of a film: each is fitted by itself.
+std::vector<RefitSpan> parts_of(const RefitSpan& span, const std::vector<FrameSpan>& shots) {
+  if (shots.empty()) return {span};
+  std::vector<RefitSpan> parts;
+  for (const FrameSpan& shot : shots)
+    if (const RefitSpan part{std::max(span.first, shot.first), std::min(span.last, shot.last)};
+        part.first <= part.last)
+      parts.push_back(part);
+  return parts;
+}
+
+// What of the clip is to be read: to the nearest good frame on either side and a margin beyond, in the same
+// shot. Nothing is read after a span of held-out frames.
 RefitSpan window_of(const Track& track, const std::set<int>& held_out, const RefitSpan& span,
                     const RefitOptions& options) {
   const auto& frames = track.frames;
@@ -50,8 +61,12 @@ RefitSpan window_of(const Track& track, const std::set<int>& held_out, const Ref
     }
     return std::clamp<std::ptrdiff_t>(i + step * options.margin, 0, std::ptrdiff_t(frames.size()) - 1);
   };
-  return {frames[std::size_t(reached(first, -1))].frame,
-          frames[std::size_t(training ? reached(last, 1) : last)].frame};
+  RefitSpan window{frames[std::size_t(reached(first, -1))].frame,
+                   frames[std::size_t(training ? reached(last, 1) : last)].frame};
+  for (const FrameSpan& shot : options.track.shots)
+    if (span.first >= shot.first && span.first <= shot.last)
+      window = {std::max(window.first, shot.first), std::min(window.last, shot.last)};
+  return window;
 }
 
 }  // namespace
@@ -110,19 +125,27 @@ Result<Refit> refit_span(const std::filesystem::path& video, const TrackRegion& 
   if (stop.stop_requested()) return cancelled_error();
   auto detector = FaceDetector::load(options.track.predictor);
   if (!detector) return detector.error();
-  const RefitSpan window = window_of(track, held_out, span, options);
-  auto clip = read_grey_frames(video, region, held_out, options.track, window.first, window.last,
-                               progress.stage(0, 0.3, "pictures"), stop);
-  if (!clip) return clip.error();
+  const std::vector<RefitSpan> parts = parts_of(span, options.track.shots);
   std::vector<SpanFrame> fitted;
   try {
-    const double usual_px = usual_error(track, held_out) * clip->scale;
-    SpanFitter fitter(model, track, options, std::move(*detector), usual_px);
-    fitter.take(std::move(*clip), cameras, track, span);
-    if (auto done = fitter.fit_training(progress.stage(0.3, 0.8, "span"), stop); !done) return done.error();
-    if (auto done = fitter.fit_held_out(progress.stage(0.8, 1, "held out"), stop); !done) return done.error();
-    fitter.bridge();
-    fitted = fitter.frames();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const Progress part =
+          progress.stage(double(i) / double(parts.size()), double(i + 1) / double(parts.size()), "span");
+      const RefitSpan window = window_of(track, held_out, parts[i], options);
+      auto clip = read_grey_frames(video, region, held_out, options.track, window.first, window.last,
+                                   part.stage(0, 0.3, "pictures"), stop);
+      if (!clip) return clip.error();
+      auto own = FaceDetector::load(options.track.predictor);  // shares what the first has read
+      if (!own) return own.error();
+      const double usual_px = usual_error(track, held_out) * clip->scale;
+      SpanFitter fitter(model, track, options, std::move(*own), usual_px);
+      fitter.take(std::move(*clip), cameras, track, parts[i]);
+      if (auto done = fitter.fit_training(part.stage(0.3, 0.8, "span"), stop); !done) return done.error();
+      if (auto done = fitter.fit_held_out(part.stage(0.8, 1, "held out"), stop); !done) return done.error();
+      fitter.bridge();
+      for (const SpanFrame& frame : fitter.frames())
+        if (is_in(parts[i], frame.tracked.frame)) fitted.push_back(frame);
+    }
   } catch (const std::exception& e) {
     return Error{
         ErrorCode::failed, "Fitting the span again failed: " + std::string(e.what()),

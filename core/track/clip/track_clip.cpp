@@ -161,6 +161,7 @@ Result<void> add_torso(const ClipWork& work, const CameraSet& cameras, const Hea
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].grey = &work.clip.frames[i].grey;
     frames[i].held_out = work.clip.frames[i].held_out;
+    frames[i].shot = work.clip.frames[i].shot;
     frames[i].usable = work.cameras[i] && track.frames[i].status != FrameStatus::lost;
     frames[i].intrinsics = work.intrinsics[i];
     if (work.cameras[i])

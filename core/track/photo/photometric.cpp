@@ -120,7 +120,8 @@ class ClipRefiner {
       const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + step;
       if (j < 0 || j >= static_cast<std::ptrdiff_t>(before.size())) continue;
       const FaceFrame& n = before[static_cast<std::size_t>(j)];
-      if (!n.seen || n.held_out || n.frame != own.frame + step * options_.spacing) continue;
+      if (!n.seen || n.held_out || n.shot != own.shot || n.frame != own.frame + step * options_.spacing)
+        continue;
       pull.expression += n.state.expression, pull.jaw += n.state.jaw, ++count;
     }
     if (count == 0) return pull;

@@ -232,6 +232,7 @@ void solve_round(std::vector<BundleFrame>& frames, const std::vector<BundleFrame
     const double before = keys[k] - keys[k - 1], after = keys[k + 1] - keys[k];
     const double relax = before * after;  // a second difference grows with the square of the step
     if (before + after > 20) continue;
+    if (frames[keys[k - 1]].shot != frames[keys[k + 1]].shot) continue;
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<Smooth, 6, 6, 6, 6>(
             new Smooth{before / (before + after), options.turn_smooth / relax, options.shift_smooth / relax}),

@@ -30,6 +30,7 @@ struct BundleFrame {
   bool known = false;                     // has a prior pose
   double focal_px = 1000;                 // rays times this are working px
   Pose cam_from_head = Pose::Identity();  // prior in, result out
+  int shot = 0;                           // no motion is smooth from one to another
 };
 
 struct BundleOptions {

@@ -136,13 +136,15 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   DenseSummary summary;
   std::vector<int> training;
   std::vector<const Image8*> grey;
+  std::vector<int> shots;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     grey.push_back(&clip.frames[i].grey);
+    shots.push_back(clip.frames[i].shot);
     if (frames[i].known && !clip.frames[i].held_out) training.push_back(static_cast<int>(i));
   }
   // -- Tracks through the training frames.
   const auto mask = [&](int i) { return corner_mask(head, frames[i].intrinsics, frames[i].cam_from_head); };
-  auto found = track_points(grey, training, mask, {}, progress.stage(0, 0.5, "points"), stop);
+  auto found = track_points(grey, training, mask, {}, progress.stage(0, 0.5, "points"), stop, shots);
   if (!found) return found.error();
   std::vector<BundleTrack> tracks;
   std::vector<Vec3d> normals;
@@ -181,7 +183,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   }
   // -- Bundle adjustment.
   std::vector<BundleFrame> poses(frames.size());
-  for (int t : training) poses[t] = {true, frames[t].intrinsics.fx, frames[t].cam_from_head};
+  for (int t : training) poses[t] = {true, frames[t].intrinsics.fx, frames[t].cam_from_head, shots[t]};
   BundleOptions options;
   if (resting_camera) options.neck_rest = kNeckRest;
   auto bundle = bundle_adjust(poses, tracks, options, progress.stage(0.5, 0.6, "bundle"), stop);

@@ -70,8 +70,8 @@ class Support {
 
  private:
   bool near(std::size_t a, std::size_t b) const {
-    return std::abs(clip_.frames[training_[a]].frame - clip_.frames[training_[b]].frame) <=
-           options_.reach * spacing_;
+    const ClipFrame &one = clip_.frames[training_[a]], &other = clip_.frames[training_[b]];
+    return one.shot == other.shot && std::abs(one.frame - other.frame) <= options_.reach * spacing_;
   }
 
   // Votes of one frame's landmarks in another's picture, per inner point.

@@ -88,7 +88,7 @@ Result<std::vector<PointTrack>> track_points(const std::vector<const Image8*>& g
                                              const std::vector<int>& pictures,
                                              const std::function<Image8(int)>& mask,
                                              const PointTrackOptions& options, const Progress& progress,
-                                             std::stop_token stop) {
+                                             std::stop_token stop, const std::vector<int>& shots) {
   std::vector<PointTrack> done, alive;
   const auto retire = [&](PointTrack& track) {
     if (static_cast<int>(track.seen.size()) >= options.shortest) done.push_back(std::move(track));
@@ -112,6 +112,11 @@ Result<std::vector<PointTrack>> track_points(const std::vector<const Image8*>& g
       const TrackPicture& now = ahead[k % kPrefetch];
       const Image8& allowed = masks[k % kPrefetch];
       std::vector<Vec2d> taken;
+      const bool cut = k > 0 && !shots.empty() && shots[pictures[k]] != shots[pictures[k - 1]];
+      if (cut) {
+        for (PointTrack& t : alive) retire(t);
+        alive.clear();
+      }
       if (k > 0 && !alive.empty()) {
         std::vector<Vec2d> last;
         for (const PointTrack& t : alive) last.push_back(t.seen.back().pixel);
@@ -128,7 +133,7 @@ Result<std::vector<PointTrack>> track_points(const std::vector<const Image8*>& g
         }
         alive = std::move(going);
       }
-      if (k % static_cast<std::size_t>(options.top_up_every) == 0 && !allowed.empty())
+      if ((cut || k % static_cast<std::size_t>(options.top_up_every) == 0) && !allowed.empty())
         for (const Vec2d& corner :
              find_corners(now, allowed, taken, options.corners - static_cast<int>(alive.size()), options))
           alive.push_back({{{pictures[k], corner}}});

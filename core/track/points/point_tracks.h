@@ -55,11 +55,11 @@ std::vector<Vec2d> find_corners(const TrackPicture& picture, const Image8& mask,
                                 int count, const PointTrackOptions& options);
 
 // pictures: indices into `grey`, in order. mask(index): where corners may be taken and points must stay;
-// empty = none.
+// empty = none. shots: of the pictures in `grey`; no point is followed from one shot to another. Empty: one.
 Result<std::vector<PointTrack>> track_points(const std::vector<const Image8*>& grey,
                                              const std::vector<int>& pictures,
                                              const std::function<Image8(int)>& mask,
                                              const PointTrackOptions& options, const Progress& progress,
-                                             std::stop_token stop);
+                                             std::stop_token stop, const std::vector<int>& shots = {});
 
 }  // namespace likeness

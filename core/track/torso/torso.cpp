@@ -113,27 +113,34 @@ bool believable(const TorsoMotion& m, double difference) {
   return difference < 1e8 && m.shift.norm() < 0.5 && std::abs(m.depth) < 0.8 && std::abs(m.angle) < 0.7;
 }
 
-// A frame starts from the last one: a training frame from the last training frame.
+// A frame starts from the last one: a training frame from the last training frame. After a cut it starts
+// there and in the middle, and the better end counts.
 template <typename Align>
 Result<void> follow(Work& work, const Progress& progress, std::stop_token stop, const Align& align) {
   std::optional<std::size_t> last, last_training;
   const auto& frames = *work.frames;
+  int shot = 0, training_shot = 0;  // of the last ones
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (stop.stop_requested()) return cancelled_error();
     if (i % 8 == 0) progress.report(double(i) / double(frames.size()), "following the torso");
     if (!frames[i].usable) continue;
-    TorsoState state =
-        work.states[i] ? *work.states[i] : work.start(i, frames[i].held_out ? last : last_training);
+    const bool known = work.states[i].has_value();
+    const bool cut = !known && frames[i].shot != (frames[i].held_out ? shot : training_shot);
+    TorsoState state = known ? *work.states[i] : work.start(i, frames[i].held_out ? last : last_training);
     work.states[i].reset();
     const bool keep = !work.pictures[i].empty();
     if (!keep) work.pictures[i] = relief_pyramid(*frames[i].grey);
-    const double difference = align(i, &state);
+    double difference = align(i, &state);
+    if (cut) {
+      TorsoState middle = work.start(i, std::nullopt);
+      if (const double other = align(i, &middle); other < difference) difference = other, state = middle;
+    }
     if (!keep) work.pictures[i].clear();
     // A motion impossible for a body while the head is still in the picture: keep the last good one.
     if (!believable(state.motion, difference)) continue;
     work.states[i] = state;
-    last = i;
-    if (!frames[i].held_out) last_training = i;
+    last = i, shot = frames[i].shot;
+    if (!frames[i].held_out) last_training = i, training_shot = shot;
   }
   return {};
 }

@@ -11,6 +11,7 @@ struct TorsoFrame {
   const Image8* grey = nullptr;  // working picture, one channel
   bool usable = false;           // head pose and camera known
   bool held_out = false;
+  int shot = 0;                            // frames of different ones are no neighbours
   Intrinsics intrinsics;                   // of the working picture
   Pose cam_from_world = Pose::Identity();  // metric
   Pose world_from_head = Pose::Identity();

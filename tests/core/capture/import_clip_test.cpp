@@ -245,6 +245,38 @@ TEST_F(ImportClip, OnlyTheFilmWithinItsBarsIsLookedAt) {
   EXPECT_THAT(capture->warnings.front(), HasSubstr("bars"));
 }
 
+// The demo's person, of whom the second third was cropped closer by an editor.
+TEST_F(ImportClip, AShotThatIsCroppedCloserIsLeftOutAndSaidSo) {
+  constexpr int kSide = test::kDemoSide, kShot = test::kDemoFrames, kCloser = kSide * 2 / 3;
+  std::vector<Image8> frames;
+  for (int part = 0; part < 3; ++part)
+    for (const Image8& person : test::demo_pictures())
+      frames.push_back(
+          part == 1 ? resize(crop(person, (kSide - kCloser) / 2, kSide / 8, kCloser, kCloser), kSide, kSide)
+                    : person);
+  write_video(folder_ / "a.mp4", frames);
+  const auto capture = import(folder_ / "a.mp4");
+  ASSERT_TRUE(capture) << capture.error().what;
+  ASSERT_EQ(capture->shots.size(), 3U);
+  EXPECT_EQ(capture->shots[1].first, kShot);
+  EXPECT_EQ(capture->shots[2].first, 2 * kShot);
+  EXPECT_TRUE(capture->shots[0].used && capture->shots[2].used);
+  EXPECT_FALSE(capture->shots[1].used);
+  EXPECT_THAT(capture->warnings, ::testing::Contains(HasSubstr("0:00-0:02 and 0:04-0:06 serves")));
+  for (const CaptureFrame& frame : capture->frames) {
+    const bool outside = frame.frame >= kShot && frame.frame < 2 * kShot;
+    ASSERT_EQ(frame.refused.starts_with("In another shot"), outside) << frame.frame << frame.refused;
+    ASSERT_FALSE(outside && (frame.used || frame.held_out)) << frame.frame;
+  }
+  const fs::path file = folder_ / "capture.json";
+  ASSERT_TRUE(write_capture(file, *capture));
+  const auto kept = read_capture(file);
+  ASSERT_TRUE(kept) << kept.error().what;
+  ASSERT_EQ(kept->shots.size(), 3U);
+  EXPECT_EQ(kept->shots[1].reason, capture->shots[1].reason);
+  EXPECT_EQ(kept->shots[1].to_s, capture->shots[1].to_s);
+}
+
 TEST_F(ImportFace, TheClipIsDecodedOnceWhereThereIsRoomForItsFramesElseTwice) {
   write_video(folder_ / "a.mp4", frames_);
   std::map<bool, std::map<std::string, std::string>> files;

@@ -75,7 +75,7 @@ CameraMeasures camera_over_wall(double (*x)(int), double (*y)(int)) {
   test::write_film(folder.path / "wall.mp4", frames, {.frames_per_second = 25});
   const auto info = probe_video(folder.path / "wall.mp4");
   EXPECT_TRUE(info);
-  const auto camera = measure_camera(folder.path / "wall.mp4", {}, {}, *info, {}, {});
+  const auto camera = measure_camera(folder.path / "wall.mp4", {}, {}, *info, {}, {}, {});
   EXPECT_TRUE(camera) << (camera ? "" : camera.error().what);
   return camera ? *camera : CameraMeasures{};
 }

@@ -46,8 +46,11 @@ TEST(ClipWords, WhatServesNamesWhatDoesNot) {
   EXPECT_THAT(words, HasSubstr("bars beside it"));
   facts.film = {0, 60, 1280, 600};
   EXPECT_THAT(parts_sentence(facts), HasSubstr("bars above and below it"));
-  facts.shots = {{0, 20, CameraKind::resting}, {20, 60, CameraKind::handheld}};
-  EXPECT_THAT(parts_sentence(facts), HasSubstr("2 shots, at 20.0 s"));
+  facts.shots = {{0, 599, 0, 20, true, ""}, {600, 1799, 20, 60, true, ""}};
+  EXPECT_THAT(parts_sentence(facts), HasSubstr("it is cut at 20.0 s"));
+  facts.shots[0].used = false;
+  EXPECT_THAT(parts_sentence(facts), HasSubstr("36.0 of 60.0 s"));
+  EXPECT_THAT(parts_sentence(facts), HasSubstr("outside 0:20-1:00 it shows another place"));
 }
 
 Capture capture_of(int frames) {
