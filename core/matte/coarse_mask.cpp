@@ -1,12 +1,14 @@
 // The coarse person mask: a figure drawn below a face box, and what a person network sees round that face. It
-// only has to keep the person out of camera solves, and is no larger than needed, or it hides the background
-// from them.
+// only has to keep the person out of camera solves, and is no larger than needed: the background close beside
+// the head has the most parallax.
 #include "core/matte/coarse_mask.h"
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <mutex>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "core/face/landmarks.h"
 #include "core/matte/person_network.h"
@@ -55,21 +57,32 @@ std::vector<FaceBox> believed(CoarseState& state, const std::vector<FaceBox>& fo
   return faces;
 }
 
+struct Figure {
+  double head_width, head_height;  // half axes of head and hair, in widths and heights of the face
+  // Half widths down the body, in face widths, at heights in face heights below the box's upper edge.
+  std::array<std::pair<double, double>, 4> body;
+};
+// Some 10 % larger than an upright adult's: a network saw the person as well, and adds what reaches further.
+constexpr Figure kUsualFigure{1.44, 1.85, {{{0.55, 0.8}, {0.7, 1.2}, {1.8, 1.6}, {2.4, 2.1}}}};
+// For whom no network saw: nobody is broader, has wider hair, or turns and bows further out of it. A shoulder
+// left out would pass for the background, and its sway for the camera's.
+constexpr Figure kLargestFigure{1.95, 2.2, {{{0.8, 0.8}, {1.3, 1.05}, {2.6, 1.5}, {3.2, 2.0}}}};
+
 // Head ellipse with hair, neck, and shoulders that slope down to the lower border. The detector's box spans
-// about the brows to the chin and is as wide as the face; every part is some 10 % larger than an upright
-// adult's, no more: the background close beside the head has the most parallax.
-void draw_person(cv::Mat& mask, const FaceBox& box) {
+// about the brows to the chin and is as wide as the face.
+void draw_person(cv::Mat& mask, const FaceBox& box, const Figure& figure) {
   const double cx = box.x + box.width / 2, w = box.width, h = box.height;
-  cv::ellipse(mask, {cv::Point2d(cx, box.y + 0.36 * h), cv::Size2d(1.44 * w, 1.85 * h), 0}, 255, cv::FILLED);
+  cv::ellipse(
+      mask, {cv::Point2d(cx, box.y + 0.36 * h), cv::Size2d(figure.head_width * w, figure.head_height * h), 0},
+      255, cv::FILLED);
   const double bottom = std::max(mask.rows + 1.0, box.y + 2.4 * h);
   const auto at = [](double x, double y) { return cv::Point(int(std::lround(x)), int(std::lround(y))); };
-  // Half widths down the body, in face widths, at heights in face heights below the box's upper edge.
-  const std::pair<double, double> outline[] = {{0.55, 0.8}, {0.7, 1.2}, {1.8, 1.6}, {2.4, 2.1}};
   std::vector<cv::Point> body;
-  for (const auto& [half, down] : outline) body.push_back(at(cx + half * w, box.y + down * h));
-  body.push_back(at(cx + 2.5 * w, bottom));
-  body.push_back(at(cx - 2.5 * w, bottom));
-  for (auto it = std::rbegin(outline); it != std::rend(outline); ++it)
+  for (const auto& [half, down] : figure.body) body.push_back(at(cx + half * w, box.y + down * h));
+  const double lowest = figure.body.back().first + 0.1;
+  body.push_back(at(cx + lowest * w, bottom));
+  body.push_back(at(cx - lowest * w, bottom));
+  for (auto it = std::rbegin(figure.body); it != std::rend(figure.body); ++it)
     body.push_back(at(cx - it->first * w, box.y + it->second * h));
   cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{body}, 255);
 }
@@ -124,8 +137,8 @@ Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pi
     }
     cv::Mat view(mask.height, mask.width, CV_8U, mask.data.data());
     for (const auto& box : boxes) {
-      draw_person(view, box);
       const bool seen = network && add_seen_person(view, *network, rgb, box);
+      draw_person(view, box, seen ? kUsualFigure : kLargestFigure);
       if (sightings) ++sightings->faces, sightings->seen += seen;
     }
     return mask;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/image/srgb.h"
 #include "core/synth/noise.h"
 
 namespace likeness {
@@ -213,14 +214,13 @@ Vec3f develop(const Vec3f& radiance) {
   for (int c = 0; c < 3; ++c) {
     const float x = std::max(0.0f, radiance[c]);
     const float t = x < 0.6f ? x : 0.6f + 0.4f * (1 - std::exp(-(x - 0.6f) / 0.4f));
-    result[c] = t <= 0.0031308f ? 12.92f * t : 1.055f * std::pow(t, 1 / 2.4f) - 0.055f;
+    result[c] = srgb_of_linear(t);
   }
   return result;
 }
 
 Vec3f linear_colour(float red, float green, float blue) {
-  const auto one = [](float s) { return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f); };
-  return {one(red), one(green), one(blue)};
+  return {linear_of_srgb(red), linear_of_srgb(green), linear_of_srgb(blue)};
 }
 
 }  // namespace likeness

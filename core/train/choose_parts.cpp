@@ -10,19 +10,21 @@
 #include <utility>
 
 #include "core/train/condition_map.h"
+#include "core/train/exposure.h"
 
 namespace likeness {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kTitles{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kTitles{{
     {"expression", "Expression"},
     {"deformation", "Deformation by the head model"},
     {"gaze", "Where the eyes look"},
     {"still", "Hair and skull keep still"},
     {"torso", "Torso"},
     {"background", "Background"},
+    {"light", "Exposure and white balance"},
     {"code", "Code for each frame"},
     {"grid", "Grid"},
     {"clips", "Further clips"},
@@ -147,6 +149,16 @@ void add_background(const CaptureMeasures& m, ChosenParts& chosen) {
         "The camera moves, or no frame showed the background behind the person.");
 }
 
+void add_light(const CaptureMeasures& m, ChosenParts& chosen) {
+  if (!m.light_drift || *m.light_drift < kEvenLight || !chosen.plate) return;
+  chosen.exposures = m.exposures;
+  chosen.parts.push_back(
+      {"light", true, false, "evened out before training",
+       fmt::format("The light on the background differs by {:.1f} % between frames (root mean square); from "
+                   "{:.1f} on, a face would have a colour for each of them.",
+                   100 * *m.light_drift, 100 * kEvenLight)});
+}
+
 // -- Sizes.
 
 void add_sizes(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
@@ -196,12 +208,14 @@ ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& aske
   add_still(measures, chosen);
   add_torso(measures, chosen);
   add_background(measures, chosen);
+  add_light(measures, chosen);
   add_sizes(measures, asked, chosen);
   add_others(measures, asked, chosen);
   return chosen;
 }
 
 void apply_parts(const ChosenParts& parts, TrainingSet& set, TrainOptions& options) {
+  even_exposure(parts.exposures, set);
   if (!parts.torso) set.has_torso = false, set.torso_modes = {};
   if (!parts.plate) {
     set.plate = {}, set.plate_known = {}, set.plate_camera = {};
@@ -213,6 +227,11 @@ void apply_parts(const ChosenParts& parts, TrainingSet& set, TrainOptions& optio
   options.fields.use_gaze = parts.gaze;
   options.fields.use_still = parts.still;
   options.fields.sizes = parts.sizes;
+}
+
+bool is_evenly_lit(const Avatar& avatar) {
+  return std::ranges::any_of(avatar.parts,
+                             [](const AvatarPart& part) { return part.name == "light" && part.on; });
 }
 
 std::string_view part_title(std::string_view name) {

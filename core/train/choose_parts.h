@@ -31,7 +31,8 @@ struct CaptureMeasures {
   double turn = 0;         // of the head before the camera: rms about its mean rotation, over all clips
   double face_motion = 0;  // rms over frames and the face's vertices, by expression and jaw
   double gaze_pitch = 0, gaze_yaw = 0;  // rms about the mean
-  std::optional<double> light_drift;    // rms between frames of the light on the background, of 1
+  std::vector<Vec3f> exposures{};       // of the clip's own views (core/train/exposure.h)
+  std::optional<double> light_drift;    // their rms, of 1; nullopt: there is no plate to tell it by
 };
 
 // For a set with its pictures. has_room and background_fault are set by the caller.
@@ -48,7 +49,8 @@ struct ChosenParts {
   FieldMode mode = kDefaultMode;
   bool torso = true, plate = true, gaze = true, still = true, latent = true;
   FieldSizes sizes;
-  std::vector<AvatarPart> parts;  // all of them in words, in the order in which they are shown
+  std::vector<Vec3f> exposures{};  // what the frames are freed of; empty: they are learnt as filmed
+  std::vector<AvatarPart> parts;   // all of them in words, in the order in which they are shown
 };
 
 inline constexpr double kTorsoShare = 0.02;  // of the picture; less is not worth a field
@@ -60,11 +62,17 @@ inline constexpr double kStillFace = 0.0005;
 // worse (docs/measurements/parts.md).
 inline constexpr double kHardlyTurns = 0.17;
 
+// rms of the light on the background. Below, what differs is less than two of 255 levels.
+inline constexpr double kEvenLight = 0.015;
+
 ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& asked);
 
 // The set and the options of a training with these parts. losses.landmark_weight, refine_track and
 // rays.use_occupancy stay: only the user sets them.
 void apply_parts(const ChosenParts& parts, TrainingSet& set, TrainOptions& options);
+
+// Whether the avatar was learnt in one exposure, that of its plate.
+bool is_evenly_lit(const Avatar& avatar);
 
 // A part's name in words, e.g. "Code for each frame"; an unknown name is returned as it is.
 std::string_view part_title(std::string_view name);

@@ -7,6 +7,7 @@
 #include "core/base/rigid.h"
 #include "core/train/choose_parts.h"
 #include "core/train/condition_map.h"
+#include "core/train/exposure.h"
 #include "core/train/volumes.h"
 
 namespace likeness {
@@ -14,8 +15,7 @@ namespace {
 
 constexpr std::size_t kLookedAt = 64;  // views whose pixels are read, spread evenly
 constexpr int kEvery = 2;              // pixels along an axis
-constexpr std::uint8_t kPerson = 128, kSurelyWall = 3, kSeenWall = 250;
-constexpr double kEnoughWall = 0.02;  // of the pixels read
+constexpr std::uint8_t kPerson = 128;
 
 // Of the picture: the person's pixels beyond the base of the neck, in the direction in which the torso lies.
 double torso_share(const TrainingView& view, double base) {
@@ -30,33 +30,6 @@ double torso_share(const TrainingView& view, double base) {
     for (int x = 0; x < view.alpha.width; x += kEvery, ++read)
       torso += view.alpha.at(x, y) >= kPerson && down.dot(Vec2d(x + 0.5, y + 0.5) - at) > 0;
   return double(torso) / double(std::max<std::size_t>(read, 1));
-}
-
-// Light on the background beside the person, 1: as in the plate. nullopt: too little of it is seen.
-std::optional<double> light_on_wall(const TrainingSet& set, const TrainingView& view) {
-  if (!view.has_plate || set.plate.empty() || view.alpha.empty() || view.rgb.empty()) return std::nullopt;
-  const PlatePicture behind = plate_picture(set, view);
-  double seen = 0, plate = 0;
-  std::size_t read = 0, wall = 0;
-  for (int y = 0; y < set.size; y += kEvery)
-    for (int x = 0; x < set.size; x += kEvery, ++read) {
-      if (view.alpha.at(x, y) > kSurelyWall) continue;
-      if (!behind.known.empty() && behind.known.at(x, y)[0] < kSeenWall) continue;
-      ++wall;
-      for (int c = 0; c < 3; ++c) seen += view.rgb.at(x, y)[c], plate += behind.rgb.at(x, y)[c];
-    }
-  if (double(wall) < kEnoughWall * double(read) || plate <= 0) return std::nullopt;
-  return seen / plate;
-}
-
-// rms about the mean, as a share of it.
-std::optional<double> drift(const std::vector<double>& light) {
-  if (light.size() < 2) return std::nullopt;
-  double mean = 0, squares = 0;
-  for (const double l : light) mean += l / double(light.size());
-  for (const double l : light) squares += (l - mean) * (l - mean) / double(light.size());
-  if (mean <= 0) return std::nullopt;
-  return std::sqrt(squares) / mean;
 }
 
 double span_of(const std::vector<double>& angles) { return quantile(angles, 0.98) - quantile(angles, 0.02); }
@@ -95,13 +68,12 @@ CaptureMeasures measure_capture(const TrainingSet& set, const HeadShape& shape) 
   // -- Pixels.
   const double base = neck_base(set.model, shape);
   const std::size_t looked_at = std::min(own.size(), kLookedAt);
-  std::vector<double> light;
   for (std::size_t i = 0; i < looked_at; ++i) {
     const TrainingView& view = own[i * own.size() / looked_at];
     m.torso_share += torso_share(view, base) / double(looked_at);
-    if (const auto seen = light_on_wall(set, view)) light.push_back(*seen);
   }
-  m.light_drift = drift(light);
+  m.exposures = view_exposures(set);
+  if (m.has_plate) m.light_drift = exposure_drift(m.exposures);
   return m;
 }
 

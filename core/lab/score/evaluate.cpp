@@ -21,6 +21,7 @@
 #include "core/project/project_views.h"
 #include "core/render/pose_avatar.h"
 #include "core/render/room_picture.h"
+#include "core/train/exposure.h"
 #include "core/train/field_fit.h"
 #include "core/video/encode.h"
 
@@ -130,8 +131,10 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     Image8 plate = plate_behind(set, frame, *camera);
     background_known &= !plate.empty() || room.has_value();
     if (plate.empty() && room) plate = room_picture(*room, *camera, options.quality);
+    const auto exposure = held_out_exposure(project, set, frame, *camera, *truth);
+    if (!exposure) return exposure.error();
     // Scored as exported: rounded to 8 bits.
-    const Image8 picture = to_bytes(composite(rendered->rgba, plate));
+    const Image8 picture = to_bytes(exposed(composite(rendered->rgba, plate), *exposure));
     const Image a = to_float(*truth), b = to_float(picture);
 
     FrameScore score = score_picture(a, b, *regions, frame);
@@ -146,13 +149,13 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     result.frames.push_back(score);
     ++result.frames_test;
     if (options.refit) {
-      const FieldFit fit =
-          fit_to_field(avatar, rig, *camera, {&*truth, &plate, &regions->head}, pose, {}, {});
+      const Image8 even = exposed(*truth, exposure->cwiseInverse());
+      const FieldFit fit = fit_to_field(avatar, rig, *camera, {&even, &plate, &regions->head}, pose, {}, {});
       const auto again = (*renderer)->render(
           *camera, pose_avatar(rig, changed_pose(pose, avatar.condition, fit.change)), quality);
       if (!again) return again.error();
-      refitted.push_back(
-          score_picture(a, to_float(to_bytes(composite(again->rgba, plate))), *regions, frame));
+      refitted.push_back(score_picture(
+          a, to_float(to_bytes(exposed(composite(again->rgba, plate), *exposure))), *regions, frame));
       refit_numbers = int(fit.change.size());
     }
 

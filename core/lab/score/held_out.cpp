@@ -9,6 +9,8 @@
 #include "core/image/files.h"
 #include "core/matte/plate_file.h"
 #include "core/project/project_views.h"
+#include "core/train/choose_parts.h"
+#include "core/train/exposure.h"
 
 namespace likeness {
 
@@ -24,6 +26,24 @@ Image8 plate_behind(const HeldOutSet& set, int frame, const Camera& camera) {
   const Avatar& avatar = set.avatar;
   if (avatar.plate.empty() || !std::ranges::binary_search(set.plate_info.frames, frame)) return {};
   return avatar.mosaic ? mosaic_seen_by(*avatar.mosaic, camera) : avatar.plate;
+}
+
+Result<Vec3f> held_out_exposure(const Project& project, const HeldOutSet& set, int frame,
+                                const Camera& camera, const Image8& truth) {
+  if (!is_evenly_lit(set.avatar)) return Vec3f(Vec3f::Ones());
+  PlatePicture behind{plate_behind(set, frame, camera), {}};
+  if (behind.rgb.empty()) return Vec3f(Vec3f::Ones());
+  if (set.avatar.mosaic) {
+    behind.rgb = mosaic_seen_by(*set.avatar.mosaic, camera, &behind.known);
+  } else {
+    Image8 plate;
+    if (const auto read = read_project_plate(project, plate, behind.known); !read) return read.error();
+    if (!behind.known.empty()) behind.known = crop(behind.known, set.capture.inside);
+  }
+  const auto alpha =
+      read_own_picture(project.folder / "masks", fmt::format("{:06}.png", frame), set.capture.size, 1);
+  if (!alpha) return alpha.error();
+  return exposure_beside(truth, TiledMask(crop(*alpha, set.capture.inside)), behind).value_or(Vec3f::Ones());
 }
 
 Result<HeldOutSet> read_held_out(const Project& project) {

@@ -13,6 +13,7 @@
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
 #include "core/project/training_set.h"
+#include "core/train/exposure.h"
 
 namespace likeness {
 namespace {
@@ -101,14 +102,20 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
     if (!regions) return regions.error();
     TrainingView view{.camera = *camera};
     view.has_plate = std::ranges::binary_search(plate_info->frames, frame);
-    const Image8 plate = plate_picture(clip.set, view).rgb;
-    clip.held_out.push_back(
-        {.frame = frame,
-         .pose = tracked->pose,
-         .camera = *camera,
-         .truth = crop(fitted(*truth, size), capture.inside),
-         .plate = plate.empty() || clip.set.plate_camera ? plate : crop(plate, capture.inside),
-         .regions = std::move(*regions)});
+    PlatePicture plate = plate_picture(clip.set, view);
+    if (!plate.rgb.empty() && !clip.set.plate_camera) plate.rgb = crop(plate.rgb, capture.inside);
+    if (!plate.known.empty() && !clip.set.plate_camera) plate.known = crop(plate.known, capture.inside);
+    auto matte = read_image(project.folder / "masks" / fmt::format("{:06}.png", frame));
+    if (!matte) return matte.error();
+    HeldOutFrame& own = clip.held_out.emplace_back();
+    own.frame = frame;
+    own.pose = tracked->pose;
+    own.camera = *camera;
+    own.truth = crop(fitted(*truth, size), capture.inside);
+    own.regions = std::move(*regions);
+    const TiledMask alpha(crop(fitted(*matte, size), capture.inside));
+    own.exposure = exposure_beside(own.truth, alpha, plate).value_or(Vec3f::Ones());
+    own.plate = std::move(plate.rgb);
   }
   if (clip.held_out.empty())
     return Error{ErrorCode::failed, "None of the held-out frames has a track, so nothing can be measured.",

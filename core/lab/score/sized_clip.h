@@ -20,7 +20,8 @@ struct HeldOutFrame {
   Image8 truth;
   Image8 plate;  // empty where the background is not known
   Regions regions;
-  std::vector<float> amounts{};  // of the attributes of a model that knows these; empty: none
+  Vec3f exposure = Vec3f::Ones();  // beside the plate's (core/train/exposure.h)
+  std::vector<float> amounts{};    // of the attributes of a model that knows these; empty: none
 };
 
 struct SizedClip {

@@ -17,6 +17,7 @@
 #include "core/papers/baked_avatar.h"
 #include "core/papers/train_nerf.h"
 #include "core/render/render.h"
+#include "core/train/exposure.h"
 #include "core/train/field_fit.h"
 
 namespace likeness {
@@ -55,7 +56,8 @@ PaintedFrames paint_frames(const StudyBench& bench, const std::vector<std::size_
     const auto after = processor_joules();
     if (before && after && *after >= *before) out.joules = joules += *after - *before, ++out.joule_frames;
     out.background_known &= !frame.plate.empty();
-    out.pictures.push_back(to_bytes(composite(rgba, frame.plate)));  // scored as exported: 8 bits
+    // Scored as exported: 8 bits.
+    out.pictures.push_back(to_bytes(exposed(composite(rgba, frame.plate), frame.exposure)));
     out.scores.push_back(
         score_picture(to_float(frame.truth), to_float(out.pictures.back()), frame.regions, frame.frame));
   }
@@ -272,8 +274,9 @@ Result<void> score_refit(const StudyBench& bench, const Avatar& avatar, const Av
                          ModelScore& score, const std::stop_token& stop) {
   const Paint refitted = [&](const Camera& camera, const HeldOutFrame& frame) {
     const AvatarPose pose = pose_of(avatar, frame);
+    const Image8 even = exposed(frame.truth, frame.exposure.cwiseInverse());
     const FieldFit fit =
-        fit_to_field(avatar, rig, camera, {&frame.truth, &frame.plate, &frame.regions.head}, pose, {}, {});
+        fit_to_field(avatar, rig, camera, {&even, &frame.plate, &frame.regions.head}, pose, {}, {});
     return render_frame(avatar, camera, pose_avatar(rig, changed_pose(pose, avatar.condition, fit.change)),
                         render_options(RenderQuality::final))
         .rgba;

@@ -235,6 +235,8 @@ Result<StudyBench> prepare(const Project& project, const fs::path& folder, const
   if (const auto made = make_writable_folder(folder); !made) return made.error();
   StudyBench bench{
       options, folder, std::move(*clip), capture->size, std::move(*detector), std::move(perceptual)};
+  if (chosen_parts(bench, kDefaultMode).exposures.empty())  // too even to be heeded
+    for (HeldOutFrame& frame : bench.clip.held_out) frame.exposure = Vec3f::Ones();
   bench.measured = evenly_chosen(bench.clip.held_out.size(), std::size_t(options.frames));
   bench.marked = evenly_chosen(bench.measured.size(), std::min(kMarkFrames, bench.measured.size()));
   bench.shown = evenly_chosen(bench.measured.size(), std::min(kShownFrames, bench.measured.size()));

@@ -15,6 +15,7 @@
 #include "core/capture/capture.h"
 #include "core/image/files.h"
 #include "core/image/metrics.h"
+#include "core/image/srgb.h"
 #include "core/matte/plate_file.h"
 #include "core/project/project_views.h"
 #include "core/render/room_picture.h"
@@ -24,14 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-float linear(std::uint8_t value) {
-  const float s = float(value) / 255;
-  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
-}
-float encoded(float t) {
-  t = std::clamp(t, 0.0f, 1.0f);
-  return t <= 0.0031308f ? 12.92f * t : 1.055f * std::pow(t, 1 / 2.4f) - 0.055f;
-}
+float linear(std::uint8_t value) { return linear_of_srgb(float(value) / 255); }
+float encoded(float light) { return srgb_of_linear(std::clamp(light, 0.0f, 1.0f)); }
 
 bool is_known(const Image8& known, std::size_t pixel) { return known.empty() || known.data[pixel] > 0; }
 

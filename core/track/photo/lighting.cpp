@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/dense_solves.h"
+#include "core/image/srgb.h"
 
 namespace likeness {
 namespace {
@@ -34,14 +35,9 @@ double shade(const ShVector& light, const Vec3d& normal) {
   return std::max(kDarkest, light.dot(sh_basis(normal)));
 }
 
-double linear_of_encoded(double level) {
-  const double v = level / 255;
-  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-}
+double linear_of_encoded(double level) { return linear_of_srgb(level / 255); }
 
-double encoded_of_linear(double value) {
-  return 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055);
-}
+double encoded_of_linear(double value) { return 255 * srgb_of_linear(value); }
 
 LitPoints light_points(const std::vector<std::vector<LightSample>>& pictures, int points,
                        const ShVector* fixed_light) {

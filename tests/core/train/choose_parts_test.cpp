@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/train/condition_map.h"
+#include "core/train/exposure.h"
 #include "tests/core/train/ball_scene.h"
 
 namespace likeness {
@@ -225,12 +226,28 @@ TEST(MeasureCapture, FindsWhatTheViewsShow) {
 
 TEST(MeasureCapture, FlickeringLampCountsAsDriftingLight) {
   TrainingSet set = ball_set(40, 32);
-  // Every second picture is a tenth darker: 5 % either way of the mean, 0.95 of the plate's.
+  // Every second picture has a tenth less light.
   for (std::size_t v = 0; v < set.views.size(); v += 2)
-    for (std::uint8_t& value : set.views[v].rgb.data) value = std::uint8_t(std::lround(0.9 * value));
+    set.views[v].rgb = exposed(set.views[v].rgb, Vec3f::Constant(0.9f));
   const CaptureMeasures m = measure_capture(set, shape_head(set.model, set.person));
   ASSERT_TRUE(m.light_drift.has_value());
-  EXPECT_NEAR(*m.light_drift, 0.05 / 0.95, 0.003);
+  EXPECT_NEAR(*m.light_drift, 0.5 * std::log(1 / 0.9), 0.003);
+}
+
+TEST(ChooseParts, WanderingLightIsEvenedOutAndSaidSo) {
+  CaptureMeasures m = usual();
+  m.exposures.assign(std::size_t(m.frames), Vec3f::Constant(1.1f));
+  EXPECT_TRUE(choose_parts(m, {}).exposures.empty());
+  m.light_drift = 2 * kEvenLight;
+  const ChosenParts chosen = choose_parts(m, {});
+  EXPECT_EQ(chosen.exposures.size(), m.exposures.size());
+  EXPECT_TRUE(part(chosen, "light").on);
+  Avatar avatar;
+  EXPECT_FALSE(is_evenly_lit(avatar));
+  avatar.parts = chosen.parts;
+  EXPECT_TRUE(is_evenly_lit(avatar));
+  m.has_plate = false;
+  EXPECT_TRUE(choose_parts(m, {}).exposures.empty());
 }
 
 TEST(MeasureCapture, TheTorsoIsWhatLiesBelowTheNeck) {
