@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/head/builtin_head.h"
+#include "core/synth/demo_stage.h"
 #include "core/video/decode.h"
 
 namespace likeness {
@@ -41,6 +43,27 @@ TEST(CoarsePersonMask, CoversAPersonToTheLowerBorderAndLeavesTheCorners) {
     EXPECT_EQ(*result.at(x, y), 255) << x << "," << y;
   for (const auto& [x, y] : {std::pair{10, 10}, {500, 10}, {20, 250}, {495, 250}})
     EXPECT_EQ(*result.at(x, y), 0);
+}
+
+// Where no network sees the person the drawn figure has to be enough: what of a head that turns, of hair and
+// of shoulders lies beside it would pass for the background, and its motion for the camera's.
+TEST(CoarsePersonMask, TheFigureAloneCoversEverybodyWhateverTheyDo) {
+  for (const int person : {0, 1, 3, 5}) {
+    DemoOptions options;
+    options.width = options.height = 192, options.samples_per_pixel = 1;
+    options.moving_share = 0, options.person = person;
+    DemoStage stage(make_builtin_head(), options);
+    const auto mask = coarse_person_mask({}, Pictures::in_sequence, "none");
+    ASSERT_TRUE(mask) << mask.error().what;
+    double persons = 0, missed = 0;
+    for (int frame = 0; frame < options.frames; frame += 24) {
+      const DemoFrame film = stage.film(frame, {});
+      const Image8 covered = (*mask)(frame, film.rgb);
+      for (std::size_t p = 0; p < film.mask.data.size(); ++p)
+        if (film.mask.data[p] >= 128) ++persons, missed += covered.data[p] == 0;
+    }
+    EXPECT_LT(missed, 0.002 * persons) << "person " << person;
+  }
 }
 
 TEST(CoarsePersonMask, RemembersAFaceThroughAClipButNotFromPhotographToPhotograph) {
