@@ -122,6 +122,26 @@ void print_closing_words(const Project& project) {
     fmt::print(stderr, "{} Judge the avatar by the person: likeness eval gives person, head and face.\n",
                avatar->background_fault);
 }
+// "camera" and "shots": of a film that was cut also those that are left out, with the reason.
+void add_shots(const Project& project, nlohmann::json& summary) {
+  const auto capture = read_capture(capture_path(project));
+  const bool cut = capture && is_current(project, Stage::import) && capture->shots.size() > 1;
+  const auto cameras = read_cameras(cameras_path(project));
+  const bool aligned = cameras && is_current(project, Stage::align);
+  if (aligned) summary["camera"] = camera_kind_name(cameras->kind);
+  if (cut || aligned) summary["shots"] = nlohmann::json::array();
+  if (cut)
+    for (const ClipShot& shot : capture->shots) {
+      nlohmann::json entry = {
+          {"from_s", shot.from_s}, {"to_s", shot.to_s}, {"used", shot.used}, {"reason", shot.reason}};
+      if (aligned && shot.used) entry["camera"] = camera_kind_name(cameras->kind);
+      summary["shots"].push_back(std::move(entry));
+    }
+  else if (aligned)
+    for (const CameraShot& shot : cameras->shots)
+      summary["shots"].push_back(
+          {{"from_s", shot.from_s}, {"to_s", shot.to_s}, {"camera", camera_kind_name(shot.camera)}});
+}
 
 nlohmann::json summary(const Project& project) {
   nlohmann::json stages = nlohmann::json::object();
@@ -133,14 +153,7 @@ nlohmann::json summary(const Project& project) {
                                               {"warnings", record.warnings}};
   }
   nlohmann::json summary{{"project", project.folder.string()}, {"stages", stages}};
-  if (is_current(project, Stage::align))
-    if (const auto cameras = read_cameras(cameras_path(project))) {
-      summary["camera"] = camera_kind_name(cameras->kind);
-      summary["shots"] = nlohmann::json::array();
-      for (const CameraShot& shot : cameras->shots)
-        summary["shots"].push_back(
-            {{"from_s", shot.from_s}, {"to_s", shot.to_s}, {"camera", camera_kind_name(shot.camera)}});
-    }
+  add_shots(project, summary);
   if (is_current(project, Stage::fit))
     if (const auto track = read_track(track_path(project)); track && !track->rest.frames.empty())
       summary["rest"] = {{"frames", track->rest.frames},

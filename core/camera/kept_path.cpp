@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Raised when the background's motion is measured otherwise.
-constexpr int kMotionVersion = 1;
+constexpr int kMotionVersion = 2;
 constexpr int kRestSamples = 8;  // frames of a rest that are solved and averaged
 
 fs::path kept_motion_path(const fs::path& folder) { return folder / "motion.json"; }

@@ -360,7 +360,10 @@ Sway measure_sway(const BackgroundMotion& motion) {
     crossings += side != 0 && now != side;
     side = now;
   }
-  sway.crossings = crossings / std::max(1.0, motion.seconds);
+  // Parts of a film that are left out do not count.
+  const double rate = motion.seconds > 0 ? motion.frames.back().frame / motion.seconds : 25;
+  const double seconds = double(motion.frames.size()) * motion.stride / std::max(1e-9, rate);
+  sway.crossings = crossings / std::max(1.0, seconds);
   return sway;
 }
 

@@ -70,7 +70,7 @@ Background background_of(const SketchedFilm& film, std::span<const FrameSketch> 
   for (const FaceSample& sample : film.samples) {
     if (!sample.face || sample.frame < shot.first || sample.frame > shot.last) continue;
     widths.push_back(sample.face->width);
-    const PersonPlace person = person_place(*sample.face, film.width, film.height);
+    const PersonFigure person = person_figure(*sample.face, film.width, film.height);
     const int w = background.luma.width, h = background.luma.height;
     for (int y = 0; y < h; ++y)
       for (int x = 0; x < w; ++x)

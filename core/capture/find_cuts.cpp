@@ -20,7 +20,8 @@ constexpr double kStill = 0.33;  // px that a cell may move unheeded: noise, bre
 constexpr double kLeast = 0.05;  // of a share: a cell that rests says no more than one that hardly moves
 constexpr double kBlank = 0.1;   // levels per px, on the mean: less shows nothing
 // -- A cut in place, where the wall rests and the head jumps: cells of the head move many times as far as
-// they do in the tenths of a second around, and further than nearly ever in the seconds around.
+// they do in the tenths of a second around, and further than nearly all of what they do in the seconds
+// around.
 constexpr double kNear_s = 0.4, kFar_s = 2;  // to either side
 constexpr double kSeldom = 1.0 / 30;         // of the frames in these seconds move further
 constexpr std::size_t kEdge = 3;             // frames of a film that must lie before and behind

@@ -136,10 +136,12 @@ std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& 
   }
   const auto blurred = std::count_if(capture.frames.begin(), capture.frames.end(),
                                      [](const CaptureFrame& f) { return f.refused.starts_with("Blurred"); });
-  if (double(blurred) > 0.15 * double(capture.frames.size())) {
-    warnings.push_back(
-        fmt::format("{} of {} frames are blurred; film in brighter light, or move more slowly.", blurred,
-                    capture.frames.size()));
+  const std::vector<FrameSpan> shots = spans_where_cut(capture);
+  const auto serving = std::ranges::count_if(
+      capture.frames, [&](const CaptureFrame& f) { return span_of(shots, f.frame) >= 0; });
+  if (double(blurred) > 0.15 * double(serving)) {
+    warnings.push_back(fmt::format(
+        "{} of {} frames are blurred; film in brighter light, or move more slowly.", blurred, serving));
   }
   return warnings;
 }
@@ -247,7 +249,7 @@ std::string outside_words(const std::vector<ClipShot>& shots, int frame) {
   for (const ClipShot& shot : shots)
     if (frame >= shot.first && frame <= shot.last)
       return fmt::format("In another shot ({}): {}.", span_words(shot.from_s, shot.to_s), shot.reason);
-  return "In a fade or dissolve between two shots.";
+  return "In a fade or dissolve.";
 }
 
 // The frames that serve in their places among all.

@@ -29,7 +29,7 @@ struct Shift {
 // Mean difference of what is not the person, the picture before moved by (dx, dy), apart from brightness.
 class Difference {
  public:
-  Difference(const Image8& before, const Image8& after, const std::optional<PersonPlace>& person)
+  Difference(const Image8& before, const Image8& after, const std::optional<PersonFigure>& person)
       : before_(before), after_(after) {
     for (int y = 0; y < after.height; y += 2)
       for (int x = 0; x < after.width; x += 2)
@@ -66,7 +66,7 @@ double lowest_between(double before, double at, double after) {
 }
 
 // How the background moved between two sketches, if it did.
-Shift shake(const Image8& before, const Image8& after, const std::optional<PersonPlace>& person) {
+Shift shake(const Image8& before, const Image8& after, const std::optional<PersonFigure>& person) {
   const Difference difference(before, after, person);
   if (!difference.enough()) return {};
   const double still = difference.at(0, 0);
@@ -91,7 +91,7 @@ Image8 head_picture(const Image8& picture, const FaceBox& face, double dx, doubl
 
 }  // namespace
 
-PersonPlace person_place(const FaceBox& face, int width, int height) {
+PersonFigure person_figure(const FaceBox& face, int width, int height) {
   constexpr double kHeadroom = 0.6, kHair = 0.4, kShoulders = 1;  // of the face's width, beside it
   const double w = face.width;
   return {
@@ -115,8 +115,8 @@ void FilmSketcher::add(const VideoFrame& frame, const std::optional<FaceBox>& fa
   }
   if (follows) {
     const Image8& before = sketches_.back().luma;
-    std::optional<PersonPlace> person;
-    if (face) person = person_place(*face, frame.rgb.width, frame.rgb.height);
+    std::optional<PersonFigure> person;
+    if (face) person = person_figure(*face, frame.rgb.width, frame.rgb.height);
     Shift shift = shake(before, sketch.luma, person);
     sketch.whole = compare_cells(before, sketch.luma, kSketchCell);
     if (shift.x != 0 || shift.y != 0) {

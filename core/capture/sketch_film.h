@@ -29,7 +29,7 @@ struct FrameSketch {
 
 // Where a person whose face is known may be: head and hair with all below them, shoulders with all below
 // them. Shares of the picture's width and height.
-struct PersonPlace {
+struct PersonFigure {
   struct Column {
     double left = 0, right = 0, top = 0;
     bool holds(double x, double y) const { return x > left && x < right && y > top; }
@@ -37,7 +37,7 @@ struct PersonPlace {
   Column head, body;
   bool holds(double x, double y) const { return head.holds(x, y) || body.holds(x, y); }
 };
-PersonPlace person_place(const FaceBox& face, int width, int height);  // source px
+PersonFigure person_figure(const FaceBox& face, int width, int height);  // source px
 
 // Fed by another's decoding: of every frame, luma, in order.
 class FilmSketcher {

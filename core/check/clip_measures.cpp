@@ -244,7 +244,8 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
   cut.frames = scan->frames;
   std::error_code ignored;
   measures.shots = cut.shots = shots_of(*scan, *film, std::filesystem::is_directory(video, ignored));
-  for (Look& look : measures.looks) look.serves = span_of(spans_where_cut(cut), look.frame) >= 0;
+  const std::vector<FrameSpan> spans = spans_where_cut(cut);
+  for (Look& look : measures.looks) look.serves = span_of(spans, look.frame) >= 0;
   if (auto fitted = fit.run(measures.looks, progress.stage(0.5, 0.6, "expressions"), stop); !fitted)
     return fitted.error();
   auto camera = measure_camera(video, *person, *film, measures.info, stretches_that_serve(cut),

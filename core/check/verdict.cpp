@@ -137,8 +137,10 @@ class Judge {
 
   void judge_people() {
     if (clip_.duration_s < kShort_s)
-      remark_all(Fault::too_short, clip_.duration_s < kShortest_s,
-                 fmt::format("The clip is {:.0f} s long.", clip_.duration_s),
+      remark_all(Fault::too_short,
+                 clip_.duration_s<kShortest_s, clip_.shots.size()> 1
+                     ? fmt::format("Of the clip {:.0f} s serve.", clip_.duration_s)
+                     : fmt::format("The clip is {:.0f} s long.", clip_.duration_s),
                  "Film about a minute: turn the head slowly to both sides, up and down, then speak and show "
                  "expressions.");
     const Findings faceless = find(clip_.looks, any, [](const Look& look) { return !look.face; });

@@ -105,10 +105,12 @@ struct LidMix {
 constexpr LidMix kLidMixes[] = {
     {37, 44, 13, 12, 0.22}, {38, 43, 11, 10, 0.05}, {40, 47, 2, 1, 0.12}, {41, 46, 5, 4, 0.85}};
 
-constexpr int kJawLine = 17;  // landmarks before it
+constexpr int kJawLine = 17, kLips = 48;  // landmarks before the one, from the other on
 // Usual errors, in distances between the outer corners of the eyes. The network draws the edge of the face
-// where it is on the head, dlib where it is seen.
-constexpr double kInnerError = 0.006, kLidError = 0.01, kJawError = 0.03;
+// where it is on the head, dlib where it is seen. It trembles by less than these: they are what it is off by
+// all through a clip, which the pictures' own points have to be able to overrule. How far lips are apart it
+// knows better than where they are.
+constexpr double kInnerError = 0.02, kLipError = 0.006, kLidError = 0.01, kJawError = 0.03;
 constexpr double kShutGap = 0.03;  // the same unit
 constexpr double kAgree = 0.03;    // the same unit: looks nearer to their mean than this agree
 constexpr double kRegionSide = 1.52, kRegionRaise = 0.02;  // in sides of the face's box
@@ -187,7 +189,8 @@ Landmarks mean_of(const std::vector<Points>& looks, double presence) {
   for (int k = 0; k < kLandmarkCount; ++k) {
     double apart = 0;
     for (const Points& look : looks) apart += (look[k] - drawn[k]).squaredNorm() / double(looks.size());
-    found.spread[k] = std::hypot((k < kJawLine ? kJawError : kInnerError) * eyes, std::sqrt(apart));
+    const double usual = k < kJawLine ? kJawError : k < kLips ? kInnerError : kLipError;
+    found.spread[k] = std::hypot(usual * eyes, std::sqrt(apart));
   }
   const auto agree = std::ranges::count_if(
       looks, [&](const Points& look) { return inner_distance(look, drawn) < kAgree * eyes; });

@@ -64,8 +64,8 @@ struct Figure {
 };
 // Some 10 % larger than an upright adult's: a network saw the person as well, and adds what reaches further.
 constexpr Figure kUsualFigure{1.44, 1.85, {{{0.55, 0.8}, {0.7, 1.2}, {1.8, 1.6}, {2.4, 2.1}}}};
-// For whom no network saw: nobody is broader, has wider hair, or turns and bows further out of it. A shoulder
-// left out would pass for the background, and its sway for the camera's.
+// For whom no network saw: hardly anybody is broader, has wider hair, or turns and bows further out of it. A
+// shoulder left out would pass for the background, and its sway for the camera's.
 constexpr Figure kLargestFigure{1.95, 2.2, {{{0.8, 0.8}, {1.3, 1.05}, {2.6, 1.5}, {3.2, 2.0}}}};
 
 // Head ellipse with hair, neck, and shoulders that slope down to the lower border. The detector's box spans

@@ -85,10 +85,17 @@ const TrackedFrame* nearest_tracked(const Stage& stage, const CaptureFrame& fram
 
 std::vector<Job> list_jobs(const Stage& stage) {
   std::vector<Job> jobs;
+  const std::vector<FrameSpan> shots = spans_where_cut(stage.capture);
   for (const auto& frame : stage.capture.frames) {
     if (!frame.used && !frame.held_out) continue;
     const bool on_plate = stage.cameras.kind != CameraKind::walking;
-    Job job{frame.frame, frame.used && !frame.held_out, frame.held_out, on_plate, nullptr, nullptr};
+    Job job{frame.frame,
+            span_of(shots, frame.frame),
+            frame.used && !frame.held_out,
+            frame.held_out,
+            on_plate,
+            nullptr,
+            nullptr};
     job.camera = find_camera(stage.cameras, frame.frame);
     job.tracked = find_tracked(stage.track, frame.frame);
     if (!job.tracked || job.tracked->status == FrameStatus::lost) job.tracked = nearest_tracked(stage, frame);
@@ -159,7 +166,8 @@ PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonH
 
 bool has_neighbours(const std::vector<Job>& jobs, std::size_t i) {
   const auto usable = [&](std::size_t other) {
-    return std::abs(jobs[other].frame - jobs[i].frame) <= 2 && (jobs[i].held_out || !jobs[other].held_out);
+    return jobs[other].shot == jobs[i].shot && std::abs(jobs[other].frame - jobs[i].frame) <= 2 &&
+           (jobs[i].held_out || !jobs[other].held_out);
   };
   return i > 0 && i + 1 < jobs.size() && usable(i - 1) && usable(i + 1);
 }

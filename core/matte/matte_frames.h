@@ -43,7 +43,7 @@ struct Stage {
 
 // One frame that gets a matte.
 struct Job {
-  int frame = 0;
+  int frame = 0, shot = 0;  // shot: of a film that was cut
   bool trains = false, held_out = false, on_plate = false;
   const TrackedFrame* tracked = nullptr;
   const Camera* camera = nullptr;
@@ -66,7 +66,7 @@ std::vector<Job> list_jobs(const Stage& stage);
 // For a moving camera: marks the frames of the longest run that shares one pose bit for bit, if it lasts a
 // second.
 void mark_rest(const Stage& stage, std::vector<Job>& jobs);
-// Whether the jobs before and after job i are of the next pictures of the video and may be used for it: a
+// Whether the jobs before and after job i are of the next pictures of its shot and may be used for it: a
 // training frame uses no held-out neighbour, as nothing of a held-out picture may reach training.
 bool has_neighbours(const std::vector<Job>& jobs, std::size_t i);
 // Evenly spread training frames, on the plate or off it.

@@ -66,10 +66,12 @@ Result<std::optional<PersonShape>> known_person(const StageContext& context, con
   return std::optional<PersonShape>(std::move(*person));
 }
 
-std::string track_words(const Track& track, const HeadModel& model) {
+// shots: of a film that was cut, those that serve; the rest of it is not looked at.
+std::string track_words(const Track& track, const HeadModel& model, const std::vector<FrameSpan>& shots) {
   std::array<int, 3> count{};
   double error_px = 0;
   for (const TrackedFrame& frame : track.frames) {
+    if (span_of(shots, frame.frame) < 0) continue;
     ++count[std::size_t(frame.status)];
     if (frame.status != FrameStatus::lost) error_px += frame.inner_error_px;
   }
@@ -127,7 +129,7 @@ Result<void> run_fit(const StageContext& context) {
   if (!track->rest.warning.empty() && !is_further(context.project))
     context.record.warnings.push_back(track->rest.warning);
   drop_clip_frames(decoded_path(context.project));
-  context.record.message = track_words(*track, *model);
+  context.record.message = track_words(*track, *model, work.options.shots);
   if (work.options.person && !is_further(context.project))
     context.record.message +=
         fmt::format(" The person's shape is that of {}.", inputs.choices.identity.filename().string());

@@ -150,7 +150,7 @@ void add_background(const CaptureMeasures& m, ChosenParts& chosen) {
 }
 
 void add_light(const CaptureMeasures& m, ChosenParts& chosen) {
-  if (!m.light_drift || *m.light_drift < kEvenLight || !chosen.plate) return;
+  if (!m.light_drift || *m.light_drift < kEvenLight || !chosen.plate || m.plate_share < kMostlyPlate) return;
   chosen.exposures = m.exposures;
   chosen.parts.push_back(
       {"light", true, false, "evened out before training",
@@ -215,7 +215,7 @@ ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& aske
 }
 
 void apply_parts(const ChosenParts& parts, TrainingSet& set, TrainOptions& options) {
-  even_exposure(parts.exposures, set);
+  if (!parts.exposures.empty()) even_exposure(parts.exposures, set);
   if (!parts.torso) set.has_torso = false, set.torso_modes = {};
   if (!parts.plate) {
     set.plate = {}, set.plate_known = {}, set.plate_camera = {};

@@ -64,6 +64,8 @@ inline constexpr double kHardlyTurns = 0.17;
 
 // rms of the light on the background. Below, what differs is less than two of 255 levels.
 inline constexpr double kEvenLight = 0.015;
+// Of the frames must lie before the plate: of others nothing is known.
+inline constexpr double kMostlyPlate = 0.95;
 
 ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& asked);
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
 #include "core/image/srgb.h"
@@ -116,11 +117,13 @@ std::vector<Vec3f> view_exposures(const TrainingSet& set) {
 
 std::optional<double> exposure_drift(const std::vector<Vec3f>& exposures) {
   if (exposures.size() < 2) return std::nullopt;
-  double mean = 0, squares = 0;
-  const auto light = [](const Vec3f& exposure) { return std::log(double(exposure.mean())); };
-  for (const Vec3f& exposure : exposures) mean += light(exposure) / double(exposures.size());
-  for (const Vec3f& exposure : exposures) squares += std::pow(light(exposure) - mean, 2);
-  return std::sqrt(squares / double(exposures.size()));
+  const double n = double(exposures.size());
+  Vec3d mean = Vec3d::Zero();
+  for (const Vec3f& exposure : exposures) mean += exposure.array().log().matrix().cast<double>() / n;
+  double squares = 0;
+  for (const Vec3f& exposure : exposures)
+    squares += (exposure.array().log().matrix().cast<double>() - mean).squaredNorm() / (3 * n);
+  return std::sqrt(squares);
 }
 
 void even_exposure(const std::vector<Vec3f>& exposures, TrainingSet& set) {

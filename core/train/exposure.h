@@ -27,7 +27,8 @@ Image exposed(Image picture, const Vec3f& factor);  // (h, w, 3) 0..1
 // One for each of own_views(set). A view that says nothing has that between its neighbours', ones where none
 // does.
 std::vector<Vec3f> view_exposures(const TrainingSet& set);
-// rms over the views of the natural logarithm of their mean channel's light; nullopt for fewer than two.
+// rms over views and channels of the natural logarithm, about each channel's mean; nullopt for fewer than
+// two.
 std::optional<double> exposure_drift(const std::vector<Vec3f>& exposures);
 // Gives the plate's exposure to all own views. exposures: of view_exposures.
 void even_exposure(const std::vector<Vec3f>& exposures, TrainingSet& set);

@@ -13,6 +13,7 @@ extern "C" {
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/image/srgb.h"
 
 namespace likeness {
 namespace {
@@ -71,10 +72,6 @@ double pq_to_nits(double signal) {
   return 10000 * std::pow(std::max(p - c1, 0.0) / (c2 - c3 * p), 1 / m1);
 }
 
-double srgb_encode(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
-
 // Identity below the knee, then rising ever more slowly towards 1.
 float compress_highlights(float value) {
   constexpr float knee = 0.8f;
@@ -97,7 +94,7 @@ struct HdrTables {
     }
     for (int i = 0; i <= kEncodeSteps; ++i) {
       const double root = double(i) / kEncodeSteps;
-      encode[i] = std::uint8_t(std::lround(255 * srgb_encode(root * root)));
+      encode[i] = std::uint8_t(std::lround(255 * srgb_of_linear(root * root)));
     }
   }
 };

@@ -52,9 +52,12 @@ StepView film_view(const ProjectContents& contents) {
 }
 
 // Frames of an import that will not train although nothing holds them out.
+// Of a film that was cut, the shots that are left out were not refused for what they show.
 int refused_frames(const Capture& capture) {
-  return int(
-      std::ranges::count_if(capture.frames, [](const CaptureFrame& f) { return !f.used && !f.held_out; }));
+  const std::vector<FrameSpan> shots = spans_where_cut(capture);
+  return int(std::ranges::count_if(capture.frames, [&](const CaptureFrame& f) {
+    return !f.used && !f.held_out && span_of(shots, f.frame) >= 0;
+  }));
 }
 
 void add_next(Step step, const ProjectContents& contents, StepView& view) {
@@ -65,8 +68,11 @@ void add_next(Step step, const ProjectContents& contents, StepView& view) {
       view.next = "Many frames were refused: look at the reasons and film again in better light.";
   }
   if (step == Step::face && contents.track) {
-    const auto lost = std::ranges::count_if(
-        contents.track->frames, [](const TrackedFrame& f) { return f.status == FrameStatus::lost; });
+    std::vector<FrameSpan> shots;
+    if (contents.capture) shots = spans_where_cut(*contents.capture);
+    const auto lost = std::ranges::count_if(contents.track->frames, [&](const TrackedFrame& f) {
+      return f.status == FrameStatus::lost && span_of(shots, f.frame) >= 0;
+    });
     if (lost > 0)
       view.next =
           fmt::format("The head was lost in {} frame{}: look at the red bars.", lost, lost == 1 ? "" : "s");

@@ -19,6 +19,7 @@
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
 #include "core/render/pose_avatar.h"
+#include "core/train/exposure.h"
 
 namespace likeness {
 
@@ -51,6 +52,7 @@ struct Truth {
   Image picture;
   Regions regions;
   Image8 plate;  // empty if the background is not known
+  Vec3f exposure = Vec3f::Ones();
 };
 
 Result<Truth> truth_of(const Project& project, const HeldOutSet& set, int frame) {
@@ -58,9 +60,14 @@ Result<Truth> truth_of(const Project& project, const HeldOutSet& set, int frame)
   if (!picture) return picture.error();
   auto regions = read_regions(regions_path(project), set.capture, frame);
   if (!regions) return regions.error();
+  Truth truth{to_float(*picture), std::move(*regions), {}};
   const auto camera = picture_camera(set.capture, set.cameras, set.track, frame);
-  return Truth{to_float(*picture), std::move(*regions),
-               camera ? plate_behind(set, frame, *camera) : Image8{}};
+  if (!camera) return truth;
+  truth.plate = plate_behind(set, frame, *camera);
+  const auto exposure = held_out_exposure(project, set, frame, *camera, *picture);
+  if (!exposure) return exposure.error();
+  truth.exposure = *exposure;
+  return truth;
 }
 
 Avatar without_opacities(const Avatar& avatar) {
@@ -100,7 +107,7 @@ Result<void> add_frame(const Renderers& renderers, const Camera& camera, const R
     row.processor_milliseconds += 1000.0 * double(std::clock() - worked) / CLOCKS_PER_SEC;
     row.milliseconds += milliseconds_since(start);
     row.samples_per_ray += frame->samples_per_ray;
-    const Image picture = to_float(to_bytes(composite(frame->rgba, truth.plate)));
+    const Image picture = to_float(to_bytes(exposed(composite(frame->rgba, truth.plate), truth.exposure)));
     if (final_picture.empty()) final_picture = picture;
     row.to_final_db += mse(final_picture, picture);  // pooled: two pictures may be equal
     if (truth.plate.empty())

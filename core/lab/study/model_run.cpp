@@ -289,6 +289,21 @@ Result<void> score_refit(const StudyBench& bench, const Avatar& avatar, const Av
   return {};
 }
 
+std::vector<Vec3f> kept_of(const std::vector<Vec3f>& exposures, int every) {
+  std::vector<Vec3f> kept;
+  for (std::size_t v = 0; v < exposures.size(); v += std::size_t(std::max(1, every)))
+    kept.push_back(exposures[v]);
+  return kept;
+}
+
+// The clip in the light that the rows of the grid learn it in.
+TrainingSet evened(const StudyBench& bench, FieldMode mode) {
+  TrainingSet set = bench.clip.set;
+  if (const auto exposures = chosen_parts(bench, mode).exposures; !exposures.empty())
+    even_exposure(exposures, set);
+  return set;
+}
+
 TrainingSet thinned(const StudyBench& bench, const ModelSpec& spec) {
   const TrainingSet& set = bench.clip.set;
   TrainingSet some = set;
@@ -307,6 +322,7 @@ Result<ModelScore> run_grid(const StudyBench& bench, const ModelSpec& spec, std:
   TrainingSet set = thinned(bench, spec);
   ChosenParts parts = chosen_parts(bench, spec.mode);
   if (spec.parts != nullptr) spec.parts(parts);
+  parts.exposures = kept_of(parts.exposures, spec.keep_every);
   apply_parts(parts, set, options);
   options.schedule.budget_s = spec.share * bench.options.seconds;
   options.schedule.clock = WorkClock::processor;
@@ -376,7 +392,7 @@ Result<ModelScore> run_mlp(const StudyBench& bench, const ModelSpec& spec, std::
                       take_mark(bench, avatar, avatar.scene, marks, stop);
                       plan.pass(share(status));
                     }};
-  const auto avatar = train_nerf(bench.clip.set, options, progress, stop, tap);
+  const auto avatar = train_nerf(evened(bench, spec.mode), options, progress, stop, tap);
   if (!avatar) return avatar.error();
   const AvatarRig rig = make_rig(avatar->scene, bench.clip.set.model);
   const Avatar& scene = avatar->scene;
@@ -394,7 +410,7 @@ Result<ModelScore> run_moved(const StudyBench& bench, const ModelSpec& spec, std
                              std::stop_token stop) {
   if (stop.stop_requested()) return cancelled_error();
   const double start = worked();
-  const LandmarkWarp warp = make_landmark_warp(bench.clip.set);
+  const LandmarkWarp warp = make_landmark_warp(evened(bench, kDefaultMode));
   const Paint paint = [&](const Camera& camera, const HeldOutFrame& frame) {
     return render_landmark_warp(warp, bench.clip.set.model, camera, frame.pose);
   };

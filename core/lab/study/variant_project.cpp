@@ -63,6 +63,7 @@ Result<fs::path> make_track(const Inputs& inputs, const std::string& step, const
   if (std::error_code ignored; fs::exists(path, ignored)) return path;
   TrackOptions base;
   base.predictor = inputs.project.options.shared.landmark_model;
+  base.shots = spans_where_cut(inputs.capture);
   const auto steps = track_steps({step}, base);
   if (!steps) return steps.error();
   const SquareCrop& crop = inputs.capture.crop;

@@ -24,7 +24,7 @@ Pose pose_between(const Pose& a, const Pose& b, double t) {
 }
 
 FrameVerdict judge_frame(const FrameEvidence& e, double usual_error_px) {
-  if (!e.in_shot) return {FrameStatus::lost, "in another shot of the film"};
+  if (!e.in_shot) return {FrameStatus::lost, "in a part of the film that is left out"};
   if (!e.camera_known) return {FrameStatus::lost, "the camera of this frame is unknown"};
   if (!e.seen) return {FrameStatus::lost, "no face found"};
   const auto misses = [&] {

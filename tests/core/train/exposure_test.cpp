@@ -78,12 +78,31 @@ TEST(Exposure, ATrainingSetIsEvenedOnceItsLightWanders) {
   TrainingSet set = wandering_set();
   const CaptureMeasures measures = measure_capture(set, shape_head(set.model, set.person));
   ASSERT_TRUE(measures.light_drift);
-  EXPECT_NEAR(*measures.light_drift, 0.16 / std::sqrt(2.0), 0.02);
+  EXPECT_NEAR(*measures.light_drift, 0.16 / std::sqrt(2.0), 0.03);
   TrainOptions options;
   apply_parts(choose_parts(measures, {}), set, options);
   for (std::size_t v = 0; v < set.views.size(); ++v)  // rounded twice, and what was clipped stays clipped
     EXPECT_LE(largest_difference(set.views[v].rgb, even.views[v].rgb), 6) << "view " << v;
   EXPECT_LT(*exposure_drift(view_exposures(set)), 0.005);
+}
+
+// Red and blue swing, their mean stays.
+TEST(Exposure, WhiteBalanceAloneCountsAsDrift) {
+  std::vector<Vec3f> exposures;
+  for (int v = 0; v < 40; ++v) {
+    const float warm = 0.05f * std::sin(0.3f * float(v));
+    exposures.emplace_back(1 + warm, 1, 1 - warm);
+  }
+  EXPECT_GT(*exposure_drift(exposures), kEvenLight);
+  EXPECT_FALSE(exposure_drift({Vec3f::Ones()}));
+}
+
+// Of the frames of a walk nothing is known, and its room is learnt as filmed.
+TEST(Exposure, AClipThatHardlyRestsIsLeftAlone) {
+  TrainingSet set = wandering_set();
+  for (std::size_t v = 10; v < set.views.size(); ++v) set.views[v].has_plate = false;
+  const ChosenParts chosen = choose_parts(measure_capture(set, shape_head(set.model, set.person)), {});
+  EXPECT_TRUE(chosen.exposures.empty());
 }
 
 TEST(Exposure, AnEvenSetIsLeftAlone) {
