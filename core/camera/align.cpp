@@ -112,8 +112,8 @@ std::vector<HandheldFrame> background_frames(const Search& search) {
     frame.frame = pictures.frames[i];
     frame.grey = &pictures.grey[i], frame.person = pictures.person_at(i);
     frame.held_out = search.options.held_out.contains(frame.frame);
-    frame.time_s =
-        search.motion.seconds * double(i) / double(std::max<std::size_t>(1, pictures.frames.size() - 1));
+    frame.time_s = search.motion.seconds * frame.frame / std::max(1, pictures.frames.back());
+    frame.shot = span_of(search.options.shots, frame.frame);
   }
   return frames;
 }

@@ -11,7 +11,7 @@
 #include "core/camera/camera.h"
 #include "core/image/image.h"
 #include "core/image/pixel_rect.h"
-#include "core/video/frame_span.h"
+#include "core/base/frame_span.h"
 
 namespace likeness {
 
@@ -33,6 +33,8 @@ struct AlignOptions {
   // Of a film that was cut, what shows one place (core/capture/capture.h: stretches_that_serve); the rest is
   // not looked at and gets no camera of its own. Empty: the whole clip.
   std::vector<FrameSpan> stretches{};
+  // The shots within them, between which the camera may jump (spans_where_cut). Empty: one.
+  std::vector<FrameSpan> shots{};
   // Where import kept what its decoding showed for this (core/camera/kept_path.h); empty: nowhere. Changes no
   // result.
   std::filesystem::path kept{};

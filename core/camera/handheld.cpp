@@ -232,10 +232,12 @@ std::optional<HandheldView> expected_view(const Solver& solver, std::size_t at) 
   const auto time = [&](std::size_t i) { return solver.frames[solver.training[i]].given->time_s; };
   const auto placed = [&](std::size_t i) { return solver.frames[solver.training[i]].placed; };
   const auto view = [&](std::size_t i) { return solver.frames[solver.training[i]].aligned.view; };
+  const auto shot = [&](std::size_t i) { return solver.frames[solver.training[i]].given->shot; };
   std::size_t before = at, after = at + 1;
   while (before > 0 && !placed(before - 1)) --before;
   while (after < solver.training.size() && !placed(after)) ++after;
-  const bool has_before = before > 0, has_after = after < solver.training.size();
+  const bool has_before = before > 0 && shot(before - 1) == shot(at),
+             has_after = after < solver.training.size() && shot(after) == shot(at);
   if (has_before && has_after) {
     const double whole = time(after) - time(before - 1);
     const double share = whole > 0 ? (time(at) - time(before - 1)) / whole : 0.5;

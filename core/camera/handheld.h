@@ -31,6 +31,7 @@ struct HandheldFrame {
   const Image8* person = nullptr;  // the same size, non-zero = not background; null or empty: nobody
   bool held_out = false;
   double time_s = 0;
+  int shot = 0;  // of a film that was cut: nothing is expected of a frame by those of another
 };
 
 struct HandheldOptions {

@@ -14,7 +14,7 @@
 #include "core/base/result.h"
 #include "core/image/image.h"
 #include "core/image/pixel_rect.h"
-#include "core/video/frame_span.h"
+#include "core/base/frame_span.h"
 
 namespace likeness {
 

@@ -13,7 +13,7 @@
 #include "core/base/result.h"
 #include "core/capture/split.h"
 #include "core/image/pixel_rect.h"
-#include "core/video/frame_span.h"
+#include "core/base/frame_span.h"
 
 namespace likeness {
 

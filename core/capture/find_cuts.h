@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "core/capture/sketch_film.h"
-#include "core/video/frame_span.h"
+#include "core/base/frame_span.h"
 
 namespace likeness {
 

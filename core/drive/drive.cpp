@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 
 #include "core/drive/drive_map.h"
@@ -12,7 +13,8 @@
 namespace likeness {
 namespace {
 
-void bridge_gaps(std::vector<DriverMotion>& motions, const Track& track) {
+// frames: of the motions.
+void bridge_gaps(std::vector<DriverMotion>& motions, std::span<const TrackedFrame> frames) {
   std::vector<std::size_t> known;
   for (std::size_t i = 0; i < motions.size(); ++i)
     if (!motions[i].bridged) known.push_back(i);
@@ -21,10 +23,29 @@ void bridge_gaps(std::vector<DriverMotion>& motions, const Track& track) {
     const auto after = std::ranges::lower_bound(known, i);
     const std::size_t b = after == known.end() ? known.back() : *after;
     const std::size_t a = after == known.begin() ? known.front() : *(after - 1);
-    const double span = track.frames[b].time_s - track.frames[a].time_s;
-    const double t = b > a && span > 0 ? (track.frames[i].time_s - track.frames[a].time_s) / span : 0;
+    const double span = frames[b].time_s - frames[a].time_s;
+    const double t = b > a && span > 0 ? (frames[i].time_s - frames[a].time_s) / span : 0;
     motions[i] = between(motions[a], motions[b], std::clamp(t, 0.0, 1.0));
   }
+}
+
+// The frames by shots, with those of a dissolve at the end of the shot before it. Nothing is bridged or
+// smoothed from one to another; a shot in which the face is lost throughout goes with its neighbour.
+std::vector<std::span<const TrackedFrame>> driven_shots(const Track& track) {
+  std::vector<std::span<const TrackedFrame>> shots;
+  const std::span<const TrackedFrame> all = track.frames;
+  const auto seen = [](const TrackedFrame& frame) { return frame.status != FrameStatus::lost; };
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const int before = span_of(track.shots, all[i - 1].frame), now = span_of(track.shots, all[i].frame);
+    if (now < 0 || now == before) continue;
+    if (std::ranges::none_of(all.subspan(begin, i - begin), seen)) continue;
+    if (std::ranges::none_of(all.subspan(i), seen)) break;
+    shots.push_back(all.subspan(begin, i - begin));
+    begin = i;
+  }
+  shots.push_back(all.subspan(begin));
+  return shots;
 }
 
 // Each curve filtered by a binomial window of five frames (weights 1 4 6 4 1), which has no lag; the ends are
@@ -64,40 +85,45 @@ Result<void> check(const Track& track, const DriveSubject& driver, const DriveSu
   return check_drive(driver, avatar, options);
 }
 
-}  // namespace
-
-Result<std::vector<DrivenFrame>> drive(const Track& track, const DriveSubject& driver,
-                                       const DriveSubject& avatar, const DriveOptions& options) {
-  if (const auto checked = check(track, driver, avatar, options); !checked) return checked.error();
+// Adds the frames of one shot.
+void drive_shot(std::span<const TrackedFrame> frames, const DriveSubject& driver, const DriveSubject& avatar,
+                const DriveOptions& options, const FaceMap& face, std::vector<DrivenFrame>& driven) {
   const Vec3d driver_neck = neck_of(driver);
   std::vector<DriverMotion> motions;
   std::vector<double> steps_s;
-  for (std::size_t i = 0; i < track.frames.size(); ++i) {
-    motions.push_back(motion_of(track.frames[i], driver, driver_neck));
-    const double step = i > 0 ? track.frames[i].time_s - track.frames[i - 1].time_s : 0.04;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    motions.push_back(motion_of(frames[i], driver, driver_neck));
+    const double step = i > 0 ? frames[i].time_s - frames[i - 1].time_s : 0.04;
     steps_s.push_back(step > 1e-4 && step < 1 ? step : 0.04);
   }
-  bridge_gaps(motions, track);
+  bridge_gaps(motions, frames);
   if (options.smooth) {
     MotionFilter filter;
     for (std::size_t i = 0; i < motions.size(); ++i)
       motions[i] = filter.next(std::move(motions[i]), steps_s[i]);
   }
-
-  const FaceMap face(driver, avatar, options);
   std::vector<Eigen::VectorXf> amounts;
   for (const DriverMotion& motion : motions) amounts.push_back(face.amounts(motion));
   const std::vector<Eigen::VectorXf> steady = without_tremor(amounts);
   HeadMap head(driver, avatar, options);
-  std::vector<DrivenFrame> driven;
   for (std::size_t i = 0; i < motions.size(); ++i) {
-    DrivenFrame frame;
-    frame.frame = track.frames[i].frame, frame.time_s = track.frames[i].time_s;
+    DrivenFrame& frame = driven.emplace_back();
+    frame.frame = frames[i].frame, frame.time_s = frames[i].time_s;
     frame.bridged = motions[i].bridged;
     frame.pose.articulation = face.articulation(motions[i], amounts[i], steady[i]);
     head.place(motions[i], steps_s[i], frame);
-    driven.push_back(std::move(frame));
   }
+}
+
+}  // namespace
+
+Result<std::vector<DrivenFrame>> drive(const Track& track, const DriveSubject& driver,
+                                       const DriveSubject& avatar, const DriveOptions& options) {
+  if (const auto checked = check(track, driver, avatar, options); !checked) return checked.error();
+  const FaceMap face(driver, avatar, options);
+  std::vector<DrivenFrame> driven;
+  for (const std::span<const TrackedFrame> shot : driven_shots(track))
+    drive_shot(shot, driver, avatar, options, face, driven);
   return driven;
 }
 

@@ -27,7 +27,7 @@ Result<void> run_align(const StageContext& context) {
   const bool photographs = fs::is_directory(inputs.video, ignored) && options.kind != CameraKind::resting;
   if (const auto capture = read_capture(capture_path(context.project))) {
     options.held_out = held_out_frames(*capture), options.film = capture->film;
-    options.stretches = stretches_that_serve(*capture);
+    options.stretches = stretches_that_serve(*capture), options.shots = spans_where_cut(*capture);
     if (capture->shots.size() > 1) shots = capture->shots;
   }
   const auto person = coarse_person_mask(

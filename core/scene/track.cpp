@@ -166,6 +166,25 @@ RestChoice rest_from(const json& j) {
   return rest;
 }
 
+json shots_json(const std::vector<FrameSpan>& shots) {
+  json out = json::array();
+  for (const FrameSpan& shot : shots) out.push_back({shot.first, shot.last});
+  return out;
+}
+
+// Only of clips that were cut.
+std::vector<FrameSpan> shots_from(const json& j) {
+  std::vector<FrameSpan> shots;
+  if (!j.contains("shots")) return shots;
+  for (const json& shot : j.at("shots")) {
+    shots.push_back({shot.at(0).get<int>(), shot.at(1).get<int>()});
+    const FrameSpan& own = shots.back();
+    if (own.first > own.last || (shots.size() > 1 && own.first <= shots[shots.size() - 2].last))
+      throw std::runtime_error("its shots are not in ascending order");
+  }
+  return shots;
+}
+
 TrackedFrame frame_from(const json& j) {
   TrackedFrame f;
   f.frame = j.at("frame").get<int>();
@@ -200,21 +219,22 @@ const TrackedFrame* find_tracked(const Track& track, int frame) {
 }
 
 Result<void> write_track(const std::filesystem::path& path, const Track& track) {
-  const json head = {{"format", "likeness-track"},
-                     {"version", kVersion},
-                     {"units",
-                      "metres, radians, seconds; landmarks in pixels of the uncropped source picture; poses "
-                      "are row-major 3x4; rotations are rotation vectors"},
-                     {"head_model_name", track.head_model_name},
-                     {"head_model_hash", track.head_model_hash},
-                     {"head_model_file", track.head_model_file},
-                     {"identity", vector_json(track.person.identity)},
-                     {"neutral", articulation_json(track.neutral)},
-                     {"rest", rest_json(track.rest)},
-                     {"has_torso", track.has_torso},
-                     {"torso_modes", torso_modes_json(track.torso_modes)},
-                     {"metres_per_unit", track.metres_per_unit},
-                     {"metre_known", track.metre_known}};
+  json head = {{"format", "likeness-track"},
+               {"version", kVersion},
+               {"units",
+                "metres, radians, seconds; landmarks in pixels of the uncropped source picture; poses "
+                "are row-major 3x4; rotations are rotation vectors"},
+               {"head_model_name", track.head_model_name},
+               {"head_model_hash", track.head_model_hash},
+               {"head_model_file", track.head_model_file},
+               {"identity", vector_json(track.person.identity)},
+               {"neutral", articulation_json(track.neutral)},
+               {"rest", rest_json(track.rest)},
+               {"has_torso", track.has_torso},
+               {"torso_modes", torso_modes_json(track.torso_modes)},
+               {"metres_per_unit", track.metres_per_unit},
+               {"metre_known", track.metre_known}};
+  if (!track.shots.empty()) head["shots"] = shots_json(track.shots);
   for (const TrackedFrame& f : track.frames) {
     bool finite = f.pose.world_from_head.matrix().allFinite() &&
                   f.pose.world_from_torso.matrix().allFinite() && is_finite(f.pose.articulation) &&
@@ -270,6 +290,7 @@ Result<Track> read_track(const std::filesystem::path& path) {
     if (j.contains("torso_modes")) track.torso_modes = torso_modes_from(j.at("torso_modes"));
     track.metres_per_unit = j.at("metres_per_unit").get<double>();
     track.metre_known = j.value("metre_known", true);
+    track.shots = shots_from(j);
     for (const json& f : j.at("frames")) {
       track.frames.push_back(frame_from(f));
       if (track.frames.size() > 1 && track.frames[track.frames.size() - 2].frame >= track.frames.back().frame)

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/frame_span.h"
 #include "core/base/linalg.h"
 #include "core/base/result.h"
 #include "core/head/head_model.h"
@@ -43,12 +44,13 @@ struct Track {
   std::string head_model_name, head_model_hash;
   std::string head_model_file;  // empty for the built-in head
   PersonShape person;
-  Articulation neutral;        // the person's resting face, from training frames
-  RestChoice rest;             // which ones
-  bool has_torso = true;       // enough torso in the picture to model
-  TorsoModes torso_modes;      // how this torso deforms, from training frames; empty: rigid
-  double metres_per_unit = 1;  // of the cameras' world; camera translations times this are metres
-  bool metre_known = true;     // false: the camera moved too little to determine it, metres_per_unit is 1
+  Articulation neutral;            // the person's resting face, from training frames
+  RestChoice rest;                 // which ones
+  bool has_torso = true;           // enough torso in the picture to model
+  TorsoModes torso_modes;          // how this torso deforms, from training frames; empty: rigid
+  double metres_per_unit = 1;      // of the cameras' world; camera translations times this are metres
+  bool metre_known = true;         // false: the camera moved too little to determine it, metres_per_unit is 1
+  std::vector<FrameSpan> shots{};  // of a clip that was cut, those followed; empty: it is one
   std::vector<TrackedFrame> frames;  // ascending frame
 };
 

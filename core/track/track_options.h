@@ -8,7 +8,7 @@
 
 #include "core/head/head_model.h"
 #include "core/track/stage_clock.h"
-#include "core/video/frame_span.h"
+#include "core/base/frame_span.h"
 
 namespace likeness {
 

@@ -63,7 +63,7 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.project.pipeline.job.state == JobState::stopped; }));
   ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.step(Step::check).state == StepState::done; }));
   click("Continue");
-  ASSERT_TRUE(until(150, [](const Snapshot& s) { return !is_working(s.project.pipeline.job); }));
+  ASSERT_TRUE(until(400, [](const Snapshot& s) { return !is_working(s.project.pipeline.job); }));
   ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.situation.finished && s.project.contents->avatar; }))
       << studio_->snapshot().project.pipeline.job.error.value_or(Error{}).what;
   EXPECT_EQ(studio_->snapshot().shown, Step::direct);

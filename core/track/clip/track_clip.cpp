@@ -286,6 +286,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   track.frames = describe_frames(work, model, track.metres_per_unit);
   leave_out_parted(work);
   track.rest = work.rest;
+  track.shots = options.shots;
   track.neutral = calibrate_neutral(model, track.frames, held_out, track.rest);
   if (auto torso = add_torso(work, cameras, model, track, progress.stage(0.96, 1, "torso"), stop); !torso)
     return torso.error();

@@ -303,6 +303,34 @@ TEST(Drive, LostFramesAreBridged) {
   }
 }
 
+// Frames 50 to 59 of the film dissolve into frame 60, where the driver is elsewhere in the performance.
+TEST(Drive, NothingIsBridgedOrSmoothedAcrossACut) {
+  const HeadModel& model = test_head();
+  const Track whole = performed(model, neutral_articulation(model));
+  Track cut = whole;
+  cut.shots = {{0, 49}, {60, 109}, {110, 119}};
+  for (std::size_t i = 60; i < 110; ++i) cut.frames[i].pose = whole.frames[i - 45].pose;
+  for (const auto& [from, to] : {std::pair{50u, 60u}, {110u, 120u}})
+    for (std::size_t i = from; i < to; ++i) cut.frames[i].status = FrameStatus::lost;
+  Track first = cut, second = cut;
+  first.shots = {}, first.frames.resize(60);
+  second.shots = {}, second.frames.erase(second.frames.begin(), second.frames.begin() + 60);
+  const DriveSubject self = self_of(whole, model);
+  for (const bool smooth : {false, true}) {
+    const DriveOptions options{.smooth = smooth};
+    const auto both = drive(cut, self, self, options), a = drive(first, self, self, options),
+               b = drive(second, self, self, options);
+    ASSERT_TRUE(both.ok() && a.ok() && b.ok());
+    ASSERT_EQ(both->size(), cut.frames.size());
+    for (std::size_t i = 0; i < both->size(); ++i) {
+      const DrivenFrame& own = i < 60 ? (*a)[i] : (*b)[i - 60];
+      EXPECT_EQ((*both)[i].frame, own.frame);
+      EXPECT_EQ((*both)[i].pose.articulation.expression, own.pose.articulation.expression) << i;
+      EXPECT_EQ((*both)[i].pose.world_from_head.matrix(), own.pose.world_from_head.matrix()) << i;
+    }
+  }
+}
+
 TEST(Drive, RefusesWhatCannotBeDrivenWithAReason) {
   const HeadModel& model = test_head();
   Track track = performed(model, neutral_articulation(model));

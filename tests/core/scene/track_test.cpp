@@ -25,6 +25,7 @@ Track random_track() {
   track.neutral.expression = Eigen::VectorXf::LinSpaced(3, 0, 0.3f);
   track.neutral.jaw = {0.02f, 0, 0};
   track.has_torso = false;
+  track.shots = {{0, 5}, {6, 20}};
   track.metres_per_unit = 1.0 / 3.0;
   for (int i = 0; i < 3; ++i) {
     TrackedFrame f;
@@ -62,6 +63,7 @@ TEST(TrackFile, ReadsBackTheSameBits) {
   EXPECT_EQ(back->head_model_name, track.head_model_name);
   EXPECT_EQ(back->head_model_file, track.head_model_file);
   EXPECT_EQ(back->has_torso, track.has_torso);
+  EXPECT_EQ(back->shots, track.shots);
   EXPECT_EQ(std::bit_cast<std::uint64_t>(back->metres_per_unit),
             std::bit_cast<std::uint64_t>(track.metres_per_unit));
   EXPECT_EQ(back->person.identity, track.person.identity);
