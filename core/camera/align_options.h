@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "core/base/frame_span.h"
 #include "core/camera/camera.h"
 #include "core/image/image.h"
 #include "core/image/pixel_rect.h"
-#include "core/base/frame_span.h"
 
 namespace likeness {
 

@@ -10,11 +10,11 @@
 #include <stop_token>
 #include <vector>
 
+#include "core/base/frame_span.h"
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/image/image.h"
 #include "core/image/pixel_rect.h"
-#include "core/base/frame_span.h"
 
 namespace likeness {
 

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "core/base/frame_span.h"
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/capture/split.h"
 #include "core/image/pixel_rect.h"
-#include "core/base/frame_span.h"
 
 namespace likeness {
 

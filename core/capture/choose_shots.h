@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "core/base/frame_span.h"
 #include "core/capture/capture.h"
 #include "core/capture/scan_clip.h"
 #include "core/capture/sketch_film.h"
-#include "core/base/frame_span.h"
 
 namespace likeness {
 

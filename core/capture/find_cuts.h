@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "core/capture/sketch_film.h"
 #include "core/base/frame_span.h"
+#include "core/capture/sketch_film.h"
 
 namespace likeness {
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/frame_span.h"
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/camera/align_options.h"
@@ -13,7 +14,6 @@
 #include "core/camera/motion.h"
 #include "core/image/pixel_rect.h"
 #include "core/video/decode.h"
-#include "core/base/frame_span.h"
 
 namespace likeness {
 

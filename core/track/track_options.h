@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/frame_span.h"
 #include "core/head/head_model.h"
 #include "core/track/stage_clock.h"
-#include "core/base/frame_span.h"
 
 namespace likeness {
 
