@@ -93,6 +93,12 @@ Result<void> check_refits(const Track& track, const std::vector<RefitSpan>& span
     if (span.first > span.last || span.first < first || span.last > last || inside == 0)
       return Error{ErrorCode::bad_input, fmt::format("The clip has no {}.", span_name(span)),
                    fmt::format("Its frames are {} to {}.", first, last), ""};
+    if (parts_of(span, track.shots).empty())
+      return Error{ErrorCode::bad_input,
+                   fmt::format("The part of the film with {} is left out: it shows another place, angle or "
+                               "crop, or no face.",
+                               span_name(span)),
+                   "Mark frames of the shots that serve.", ""};
     if (inside > kLongestRefit)
       return Error{ErrorCode::bad_input,
                    fmt::format("A span of {} frames is too long to be fitted again by itself.", inside),
@@ -123,8 +129,6 @@ Result<Refit> refit_span(const std::filesystem::path& video, const TrackRegion& 
                              track.head_model_name, model.name),
                  "Fit the whole clip again with this model.", "re-fit"};
   if (stop.stop_requested()) return cancelled_error();
-  auto detector = FaceDetector::load(options.track.predictor);
-  if (!detector) return detector.error();
   const std::vector<RefitSpan> parts = parts_of(span, options.track.shots);
   std::vector<SpanFrame> fitted;
   try {
@@ -135,10 +139,10 @@ Result<Refit> refit_span(const std::filesystem::path& video, const TrackRegion& 
       auto clip = read_grey_frames(video, region, held_out, options.track, window.first, window.last,
                                    part.stage(0, 0.3, "pictures"), stop);
       if (!clip) return clip.error();
-      auto own = FaceDetector::load(options.track.predictor);  // shares what the first has read
-      if (!own) return own.error();
+      auto detector = FaceDetector::load(options.track.predictor);
+      if (!detector) return detector.error();
       const double usual_px = usual_error(track, held_out) * clip->scale;
-      SpanFitter fitter(model, track, options, std::move(*own), usual_px);
+      SpanFitter fitter(model, track, options, std::move(*detector), usual_px);
       fitter.take(std::move(*clip), cameras, track, parts[i]);
       if (auto done = fitter.fit_training(part.stage(0.3, 0.8, "span"), stop); !done) return done.error();
       if (auto done = fitter.fit_held_out(part.stage(0.8, 1, "held out"), stop); !done) return done.error();

@@ -159,5 +159,15 @@ TEST_F(ProjectRefits, AreRefusedInPlainWords) {
   EXPECT_EQ(outside.error().fix, "Its frames are 0 to 29.");
 }
 
+TEST_F(ProjectRefits, OfAFilmThatWasCutOnlyShotsThatServeAreFittedAgain) {
+  auto track = read_track(track_path(project_));
+  ASSERT_TRUE(track) << track.error().what;
+  track->shots = {{0, 9}, {20, 29}};
+  const auto left_out = check_refits(*track, {{12, 14}});
+  ASSERT_FALSE(left_out);
+  EXPECT_NE(left_out.error().what.find("frames 12 to 14 is left out"), std::string::npos);
+  EXPECT_TRUE(check_refits(*track, {{8, 12}}));
+}
+
 }  // namespace
 }  // namespace likeness
