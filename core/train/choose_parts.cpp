@@ -155,7 +155,7 @@ void add_light(const CaptureMeasures& m, ChosenParts& chosen) {
   chosen.parts.push_back(
       {"light", true, false, "evened out before training",
        fmt::format("The light on the background differs by {:.1f} % between frames (root mean square); from "
-                   "{:.1f} on, a face would have a colour for each of them.",
+                   "{:.1f} % on, a face would have a colour for each of them.",
                    100 * *m.light_drift, 100 * kEvenLight)});
 }
 

@@ -1,4 +1,4 @@
-// Medians of ratios of linear light: see exposure.h.
+// Ratios of linear light: see exposure.h.
 #include "core/train/exposure.h"
 
 #include <algorithm>
@@ -81,6 +81,7 @@ Image8 exposed(const Image8& picture, const Vec3f& factor) {
 }
 
 Image exposed(Image picture, const Vec3f& factor) {
+  if (factor == Vec3f::Ones()) return picture;
   for (std::size_t i = 0; i < picture.data.size(); ++i) {
     const float light = linear_of_srgb(std::max(0.0f, picture.data[i])) * factor[Eigen::Index(i % 3)];
     picture.data[i] = std::min(1.0f, srgb_of_linear(light));
@@ -127,9 +128,10 @@ std::optional<double> exposure_drift(const std::vector<Vec3f>& exposures) {
 }
 
 void even_exposure(const std::vector<Vec3f>& exposures, TrainingSet& set) {
-  parallel_for(std::min(exposures.size(), own_views(set).size()), [&](std::size_t v) {
-    set.views[v].rgb = exposed(set.views[v].rgb, exposures[v].cwiseInverse());
-  });
+  const std::size_t own = own_views(set).size();
+  LIKENESS_CHECK(exposures.size() == own, "%zu exposures of %zu views", exposures.size(), own);
+  parallel_for(
+      own, [&](std::size_t v) { set.views[v].rgb = exposed(set.views[v].rgb, exposures[v].cwiseInverse()); });
 }
 
 }  // namespace likeness

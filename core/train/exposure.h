@@ -16,7 +16,8 @@ namespace likeness {
 
 // What a frame's exposure makes of the plate's: a factor on linear light for each channel, within a factor of
 // four. From pixels beside the person (alpha: of the picture's size) where the plate was seen, neither dark
-// nor near the brightest; their median, as a passer-by or a shadow changes few. nullopt: too few of them.
+// nor near the brightest; the mean of what lies near their median, as a passer-by or a shadow changes few.
+// nullopt: too few of them.
 std::optional<Vec3f> exposure_beside(const Image8& picture, const TiledMask& alpha,
                                      const PlatePicture& behind);
 

@@ -81,7 +81,8 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
   one.further_clips.clear();  // the models compared are trained on one clip
   auto set = load_training_set(one, *model);
   if (!set) return set.error();
-  if (size == 0) size = capture.size;
+  const int clip_size = capture.size;
+  if (size == 0) size = clip_size;
   // Cameras and regions are then of this size.
   capture.inside = resampled(capture.inside, capture.size, size);
   capture.size = size;
@@ -105,7 +106,8 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
     PlatePicture plate = plate_picture(clip.set, view);
     if (!plate.rgb.empty() && !clip.set.plate_camera) plate.rgb = crop(plate.rgb, capture.inside);
     if (!plate.known.empty() && !clip.set.plate_camera) plate.known = crop(plate.known, capture.inside);
-    auto matte = read_image(project.folder / "masks" / fmt::format("{:06}.png", frame));
+    const auto matte =
+        read_own_picture(project.folder / "masks", fmt::format("{:06}.png", frame), clip_size, 1);
     if (!matte) return matte.error();
     HeldOutFrame& own = clip.held_out.emplace_back();
     own.frame = frame;
