@@ -62,9 +62,9 @@ struct Figure {
   // Half widths down the body, in face widths, at heights in face heights below the box's upper edge.
   std::array<std::pair<double, double>, 4> body;
 };
-// Some 10 % larger than an upright adult's: a network saw the person as well, and adds what reaches further.
+// Some 10 % larger than an upright adult's: a network looks, too, and adds what reaches further.
 constexpr Figure kUsualFigure{1.44, 1.85, {{{0.55, 0.8}, {0.7, 1.2}, {1.8, 1.6}, {2.4, 2.1}}}};
-// For whom no network saw: hardly anybody is broader, has wider hair, or turns and bows further out of it. A
+// Where no network looks: hardly anybody is broader, has wider hair, or turns and bows further out of it. A
 // shoulder left out would pass for the background, and its sway for the camera's.
 constexpr Figure kLargestFigure{1.95, 2.2, {{{0.8, 0.8}, {1.3, 1.05}, {2.6, 1.5}, {3.2, 2.0}}}};
 
@@ -138,7 +138,7 @@ Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pi
     cv::Mat view(mask.height, mask.width, CV_8U, mask.data.data());
     for (const auto& box : boxes) {
       const bool seen = network && add_seen_person(view, *network, rgb, box);
-      draw_person(view, box, seen ? kUsualFigure : kLargestFigure);
+      draw_person(view, box, network ? kUsualFigure : kLargestFigure);
       if (sightings) ++sightings->faces, sightings->seen += seen;
     }
     return mask;
