@@ -112,8 +112,9 @@ void add_torso(const CaptureMeasures& m, ChosenParts& chosen) {
   std::string reason =
       !m.torso_followed
           ? std::string("The track followed no torso: too little of it is in the picture.")
-          : fmt::format("Below the neck the person fills {:.0f} % of the picture; {:.0f} % is needed.",
-                        100 * m.torso_share, 100 * kTorsoShare);
+          : fmt::format(
+                "Below and beside the neck the person fills {:.0f} % of the picture; {:.0f} % is needed.",
+                100 * m.torso_share, 100 * kTorsoShare);
   chosen.parts.push_back({"torso", chosen.torso, false,
                           chosen.torso ? "a field of its own, which follows collar and shoulders" : "none",
                           std::move(reason)});

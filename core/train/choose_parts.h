@@ -21,11 +21,11 @@ struct CaptureMeasures {
   int size = 256;                      // px, side of the training pictures
   int frames = 0, further_frames = 0;  // training frames: of the clip itself, of further clips
   bool torso_followed = true;          // the track has a torso
-  double torso_share = 0;   // of the picture: the person below the base of the neck; mean of the frames
-  bool has_plate = false;   // there is a picture of the background before a resting camera
-  bool has_mosaic = false;  // a hand-held one's, wider than a frame
-  double plate_share = 0;   // share of the frames before it
-  bool has_room = false;    // a room behind the moving camera was learnt
+  double torso_share = 0;          // of the picture: the person below and beside the neck; mean of the frames
+  bool has_plate = false;          // there is a picture of the background before a resting camera
+  bool has_mosaic = false;         // a hand-held one's, wider than a frame
+  double plate_share = 0;          // share of the frames before it
+  bool has_room = false;           // a room behind the moving camera was learnt
   std::string background_fault{};  // why what was learnt does not show the background; empty: it does
   double yaw = 0, pitch = 0;       // of the camera as seen from the head: span, 2nd to 98th percentile
   double turn = 0;         // of the head before the camera: rms about its mean rotation, over all clips

@@ -16,19 +16,42 @@ namespace {
 constexpr std::size_t kLookedAt = 64;  // views whose pixels are read, spread evenly
 constexpr int kEvery = 2;              // pixels along an axis
 constexpr std::uint8_t kPerson = 128;
+constexpr double kBesideNeck = 0.1;  // m from the neck's middle: past any jaw
 
-// Of the picture: the person's pixels beyond the base of the neck, in the direction in which the torso lies.
-double torso_share(const TrainingView& view, double base) {
-  if (view.alpha.empty()) return 0;
+// The torso frame's height y as it lies in a picture: a point of it, and which way is down, m per px.
+struct Level {
+  Vec2d at = Vec2d::Zero(), down = Vec2d::Zero();  // px; px over kStep
+  bool ahead = false;
+};
+constexpr double kStep = 0.05;  // m
+
+Level level_in(const TrainingView& view, double y) {
   const Pose cam_from_torso = view.camera.cam_from_world * view.pose.world_from_torso;
-  const Vec3d top = cam_from_torso * Vec3d(0, base, 0), below = cam_from_torso * Vec3d(0, base - 0.05, 0);
-  if (top.z() < 0.05 || below.z() < 0.05) return 0;
-  const Vec2d at = project<double>(view.camera.intrinsics, top);
-  const Vec2d down = project<double>(view.camera.intrinsics, below) - at;
+  const Vec3d here = cam_from_torso * Vec3d(0, y, 0), below = cam_from_torso * Vec3d(0, y - kStep, 0);
+  if (here.z() < 0.05 || below.z() < 0.05) return {};
+  Level level;
+  level.at = project<double>(view.camera.intrinsics, here);
+  level.down = project<double>(view.camera.intrinsics, below) - level.at;
+  level.ahead = true;
+  return level;
+}
+
+// Of the picture: the person's pixels beyond the base of the neck, in the direction in which the torso lies,
+// and those beside the neck from the chin on, the shoulders of a picture that ends there.
+double torso_share(const TrainingView& view, double base, double chin) {
+  if (view.alpha.empty()) return 0;
+  const Level neck = level_in(view, base), face = level_in(view, chin);
+  if (!neck.ahead || !face.ahead) return 0;
+  const double beside = kBesideNeck / kStep * neck.down.squaredNorm();
   std::size_t read = 0, torso = 0;
   for (int y = 0; y < view.alpha.height; y += kEvery)
-    for (int x = 0; x < view.alpha.width; x += kEvery, ++read)
-      torso += view.alpha.at(x, y) >= kPerson && down.dot(Vec2d(x + 0.5, y + 0.5) - at) > 0;
+    for (int x = 0; x < view.alpha.width; x += kEvery, ++read) {
+      if (view.alpha.at(x, y) < kPerson) continue;
+      const Vec2d px(x + 0.5, y + 0.5), off = px - neck.at;
+      torso +=
+          neck.down.dot(off) > 0 || (face.down.dot(px - face.at) > 0 &&
+                                     std::abs(neck.down.x() * off.y() - neck.down.y() * off.x()) > beside);
+    }
   return double(torso) / double(std::max<std::size_t>(read, 1));
 }
 
@@ -67,10 +90,12 @@ CaptureMeasures measure_capture(const TrainingSet& set, const HeadShape& shape) 
 
   // -- Pixels.
   const double base = neck_base(set.model, shape);
+  const double chin =
+      landmark_positions(set.model, pose_head(set.model, shape, neutral_articulation(set.model)))[8].y();
   const std::size_t looked_at = std::min(own.size(), kLookedAt);
   for (std::size_t i = 0; i < looked_at; ++i) {
     const TrainingView& view = own[i * own.size() / looked_at];
-    m.torso_share += torso_share(view, base) / double(looked_at);
+    m.torso_share += torso_share(view, base, chin) / double(looked_at);
   }
   m.exposures = view_exposures(set);
   if (m.has_plate) m.light_drift = exposure_drift(m.exposures);

@@ -320,7 +320,7 @@ std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shap
                                    float axis_z, const Marks& marks, const VolumeOptions& options) {
   // -- How far down and to the sides the pictures reach at the torso's depth.
   const Vec3d chest(0, marks.base - 0.08, axis_z);
-  Vec3f low(-0.05f, marks.base, axis_z), high(0.05f, marks.chin + kShoulderTop, axis_z);
+  Vec3f low(-0.05f, marks.chin + kShoulderTop, axis_z), high(0.05f, low.y(), axis_z);
   const std::span<const TrainingView> own = own_views(set);
   const std::size_t views = std::min<std::size_t>(own.size(), 32);
   for (std::size_t i = 0; i < views; ++i) {
@@ -337,7 +337,7 @@ std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shap
   low.x() = std::max(low.x(), -0.5f), high.x() = std::min(high.x(), 0.5f);
   low.y() = std::max(low.y(), marks.base - 0.45f);
   low.z() = axis_z - 0.13f, high.z() = axis_z + 0.13f;
-  if (low.y() > marks.base - 0.01f) return std::nullopt;
+  if (low.y() > marks.chin) return std::nullopt;  // not even shoulders beside it
 
   Volume volume;
   volume.cube = cube_around(low, high);

@@ -108,7 +108,8 @@ std::shared_ptr<const ProjectContents> ball_contents() {
              .gaps = {{"The head was hardly seen from above.", "Bow the head slowly, and rest there."}},
              .parts = {{"expression", true, false, "chooses a slice of a hyper-space",
                         "The face moves by 2.1 mm."},
-                       {"torso", false, false, "none", "Below the neck the person fills 1 % of the picture."},
+                       {"torso", false, false, "none",
+                        "Below and beside the neck the person fills 1 % of the picture."},
                        {"code", false, true, "none", "You asked for --no-latent."}},
              .worst = {{0.1, 0.4, 2.1, "The pictures are blurred.", "Move more slowly there."}}});
     return std::shared_ptr<const ProjectContents>(made);

@@ -366,7 +366,7 @@ Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3
             {},
             {},
             {}};
-  track.has_torso = work.body.picture_share > 0.02;
+  track.has_torso = work.body.picture_share > kLeastTorsoShare;
   if (!track.has_torso) return track;
   work.pictures.resize(frames.size()), work.states.resize(frames.size());
   work.grid = grid_over(work.body.levels[1]);

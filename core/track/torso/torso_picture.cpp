@@ -16,6 +16,8 @@ constexpr double kBend = 1.75;            // 1/m, shoulders lie this much behind
 constexpr double kHalfWidth = 0.3;        // m of body used each side
 constexpr double kNeckHalf = 0.065;       // m, the neck moves with the head and is left out
 constexpr double kShouldersBelow = 0.01;  // m below the chin where shoulders may begin
+constexpr double kBeside = 0.1;           // m from the middle on, in a picture cut off at the chin,
+constexpr double kBesideRise = 0.05;      // they may reach up this much above it
 constexpr double kNeckBelow = 0.045;      // m below the chin where the neck's shadows end
 constexpr double kPivotBelow = 0.065;     // m
 constexpr double kLowest = 0.36;          // m below the chin: further down are hands and desks
@@ -59,6 +61,42 @@ std::vector<std::uint8_t> near_edges(const GreyLevel& level) {
   return near;
 }
 
+// Where a torso may be: below the chin and, if asked for, beside the face.
+TorsoTemplate torso_pixels(const TorsoFrame& f, const Vec3d& chin, bool beside_face) {
+  TorsoTemplate made;
+  const Pose cam_from_head = f.cam_from_world * f.world_from_head, head_from_cam = inverse(cam_from_head);
+  const Vec3d chin_cam = cam_from_head * chin;
+  const double z0 = cam_from_head.translation().z() - kChestForward;
+  const double x0 = cam_from_head.translation().x() / cam_from_head.translation().z() * z0;
+  const double chin_y = chin_cam.y() / chin_cam.z() * z0;
+  made.pivot = (head_from_cam * Vec3d(x0, chin_y + kPivotBelow, z0)).head<2>();
+  const auto first = [&](double side) {  // m below the chin
+    if (side < kNeckHalf) return kNeckBelow;
+    return beside_face && side > kBeside ? -kBesideRise : kShouldersBelow;
+  };
+  for (const GreyLevel& level : relief_pyramid(*f.grey)) {
+    const bool finest = made.levels.empty();
+    const std::vector<std::uint8_t> edges =
+        finest ? near_edges(level) : std::vector<std::uint8_t>(level.data.size(), 1);
+    std::vector<TorsoPixel> pixels;
+    std::size_t covered = 0;
+    for (int y = 2; y < level.height - 2; ++y)
+      for (int x = 2; x < level.width - 2; ++x) {
+        const Vec2d px((x + 0.5) / level.scale, (y + 0.5) / level.scale);
+        const Vec3d ray = ray_direction(f.intrinsics, px);
+        const double side = ray.x() * z0 - x0, down = ray.y() * z0 - chin_y;
+        if (std::abs(side) > kHalfWidth || down > kLowest || down < first(std::abs(side))) continue;
+        ++covered;
+        if (!edges[static_cast<std::size_t>(y) * level.width + x] || holds(f.head_outline, px, 0)) continue;
+        pixels.push_back({head_from_cam * (ray * (z0 + kBend * side * side)), level.at(x, y), 1});
+      }
+    if (finest)
+      made.picture_share = static_cast<double>(covered) / (static_cast<double>(level.width) * level.height);
+    made.levels.push_back(std::move(pixels));
+  }
+  return made;
+}
+
 }  // namespace
 
 bool GreyLevel::sample(double px, double py, float* value, Vec2d* slope) const {
@@ -83,36 +121,8 @@ std::vector<GreyLevel> relief_pyramid(const Image8& grey) {
 }
 
 TorsoTemplate make_torso_template(const TorsoFrame& f, const Vec3d& chin) {
-  TorsoTemplate made;
-  const Pose cam_from_head = f.cam_from_world * f.world_from_head, head_from_cam = inverse(cam_from_head);
-  const Vec3d chin_cam = cam_from_head * chin;
-  const double z0 = cam_from_head.translation().z() - kChestForward;
-  const double x0 = cam_from_head.translation().x() / cam_from_head.translation().z() * z0;
-  const double chin_y = chin_cam.y() / chin_cam.z() * z0;
-  made.pivot = (head_from_cam * Vec3d(x0, chin_y + kPivotBelow, z0)).head<2>();
-  for (const GreyLevel& level : relief_pyramid(*f.grey)) {
-    const bool finest = made.levels.empty();
-    const std::vector<std::uint8_t> edges =
-        finest ? near_edges(level) : std::vector<std::uint8_t>(level.data.size(), 1);
-    std::vector<TorsoPixel> pixels;
-    std::size_t covered = 0;
-    for (int y = 2; y < level.height - 2; ++y)
-      for (int x = 2; x < level.width - 2; ++x) {
-        const Vec2d px((x + 0.5) / level.scale, (y + 0.5) / level.scale);
-        const Vec3d ray = ray_direction(f.intrinsics, px);
-        const double side = ray.x() * z0 - x0, down = ray.y() * z0 - chin_y;
-        if (std::abs(side) > kHalfWidth || down > kLowest ||
-            down < (std::abs(side) < kNeckHalf ? kNeckBelow : kShouldersBelow))
-          continue;
-        ++covered;
-        if (!edges[static_cast<std::size_t>(y) * level.width + x] || holds(f.head_outline, px, 0)) continue;
-        pixels.push_back({head_from_cam * (ray * (z0 + kBend * side * side)), level.at(x, y), 1});
-      }
-    if (finest)
-      made.picture_share = static_cast<double>(covered) / (static_cast<double>(level.width) * level.height);
-    made.levels.push_back(std::move(pixels));
-  }
-  return made;
+  TorsoTemplate made = torso_pixels(f, chin, false);
+  return made.picture_share > kLeastTorsoShare ? made : torso_pixels(f, chin, true);
 }
 
 ConvexOutline head_outline(const std::vector<Vec3f>& vertices, const Vec3d& chin, const Pose& cam_from_head,

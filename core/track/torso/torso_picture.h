@@ -37,10 +37,13 @@ struct TorsoPixel {
 struct TorsoTemplate {
   std::vector<std::vector<TorsoPixel>> levels;  // finest first; of the finest only what lies near edges
   Vec2d pivot = Vec2d::Zero();                  // torso frame, m: the neck's base
-  double picture_share = 0;                     // of the picture that the torso covers
+  double picture_share = 0;                     // of the picture where it may be
 };
 
-// From one frame, whose head frame is the torso frame. chin: head frame, m.
+inline constexpr double kLeastTorsoShare = 0.02;  // of the picture: less is not followed
+
+// From one frame, whose head frame is the torso frame. chin: head frame, m. A picture that hardly reaches
+// below the chin may still show the shoulders beside it: there, too, it is looked for then.
 TorsoTemplate make_torso_template(const TorsoFrame& frame, const Vec3d& chin);
 
 // The convex outline of a head without its neck, for TorsoFrame. vertices, chin: head frame, m.

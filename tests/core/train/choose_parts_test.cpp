@@ -267,6 +267,34 @@ TEST(MeasureCapture, TheTorsoIsWhatLiesBelowTheNeck) {
   EXPECT_EQ(measure_capture(set, shape).torso_share, 0);  // not known
 }
 
+TEST(MeasureCapture, ShouldersBesideTheFaceAreTorso) {
+  TrainingSet set = ball_set(8, 64);
+  set.has_torso = true;
+  const HeadShape shape = shape_head(set.model, set.person);
+  const double chin =
+      landmark_positions(set.model, pose_head(set.model, shape, neutral_articulation(set.model)))[8].y();
+  const double base = neck_base(set.model, shape);
+  // The person from the chin to the base of the neck: at the sides only, or in the middle only.
+  const auto share = [&](bool sides) {
+    for (TrainingView& view : set.views) {
+      const Pose cam_from_torso = view.camera.cam_from_world * view.pose.world_from_torso;
+      Image8 alpha(64, 64, 1);
+      for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x) {
+          const Vec3d ray = ray_direction(view.camera.intrinsics, Vec2d(x + 0.5, y + 0.5));
+          const Vec3d at = inverse(cam_from_torso) * (ray * cam_from_torso.translation().z());
+          const bool side = std::abs(at.x()) > 0.12, middle = std::abs(at.x()) < 0.08;
+          if (at.y() < chin - 0.005 && at.y() > base + 0.005 && (sides ? side : middle))
+            alpha.at(x, y)[0] = 255;
+        }
+      view.alpha = TiledMask(alpha);
+    }
+    return measure_capture(set, shape).torso_share;
+  };
+  EXPECT_GT(share(true), 0.01);
+  EXPECT_EQ(share(false), 0);
+}
+
 TEST(ArticulationSpread, IsTheMotionOfTheFaceInMetres) {
   const HeadModel model = ball_head();
   const HeadShape shape = shape_head(model, PersonShape{});

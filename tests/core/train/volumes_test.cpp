@@ -89,6 +89,29 @@ TEST(MakeVolumes, TheTorsoReachesNoHigherThanACollar) {
   EXPECT_GT(cells, 1000);
 }
 
+TEST(MakeVolumes, APictureThatEndsAtTheChinStillHasShoulders) {
+  TrainingSet set = ball_set(6, 64);
+  set.has_torso = true;
+  const HeadShape shape = shape_head(set.model, set.person);
+  const float chin = landmark_positions(set.model, shape.vertices)[8].y();
+  const auto cut_off_at = [&](float height) {
+    for (TrainingView& view : set.views) {
+      const Vec3d lowest = view.camera.cam_from_world * view.pose.world_from_torso * Vec3d(0, height, 0);
+      view.camera.intrinsics.height = int(project<double>(view.camera.intrinsics, lowest).y());
+      view.alpha = {};
+    }
+    return make_volumes(set, shape).torso;
+  };
+  const auto shoulders = cut_off_at(chin - 0.015f);
+  ASSERT_TRUE(shoulders.has_value());
+  int cells = 0;
+  visit_cells(*shoulders, [&](int x, int y, int z, const Vec3f& p) {
+    cells += shoulders->allowed.occupied(x, y, z) && std::abs(p.x()) > 0.1f && p.y() > chin - 0.01f;
+  });
+  EXPECT_GT(cells, 100);
+  EXPECT_FALSE(cut_off_at(chin + 0.03f).has_value());
+}
+
 TEST(MakeVolumes, TheNeckAboveTheCollarBelongsToTheHeadAlone) {
   TrainingSet set = ball_set(6, 32);
   set.model = make_builtin_head();

@@ -26,6 +26,26 @@ TEST(Torso, FollowsAShiftInThePicture) {
   EXPECT_LT(track->residual_after, 0.5 * track->residual_before);
 }
 
+TEST(Torso, IsFollowedBesideAFaceThatFillsThePicture) {
+  std::vector<Image8> images;
+  for (int i = 0; i < 12; ++i) {
+    const Image8 whole = board(0.0015 * i, -0.001 * i, 0);
+    constexpr int kHeight = 116;  // px: the chin lies on the last row
+    Image8 cut(whole.width, kHeight, 1);
+    std::copy_n(whole.data.begin(), cut.data.size(), cut.data.begin());
+    images.push_back(std::move(cut));
+  }
+  BoardClip clip = show(std::move(images));
+  for (TorsoFrame& f : clip.frames) f.intrinsics.height = clip.images[0].height;
+  const auto track = track_torso(clip.frames, kChin, {}, {});
+  ASSERT_TRUE(track.ok());
+  ASSERT_TRUE(track->has_torso);
+  const Vec3d shoulder(0.12, -0.06, 0.04);
+  const Vec3d moved = track->world_from_torso[9] * shoulder - track->world_from_torso[2] * shoulder;
+  EXPECT_NEAR(moved.x(), 0.0105, 0.002);
+  EXPECT_NEAR(moved.y(), -0.007, 0.002);
+}
+
 TEST(Torso, FollowsARollInThePicture) {
   std::vector<Vec3d> motions;
   for (int i = 0; i < 12; ++i) motions.push_back({0, 0, 0.006 * i});
