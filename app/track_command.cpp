@@ -9,7 +9,9 @@
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/camera/clip_camera.h"
+#include "core/capture/choose_shots.h"
 #include "core/capture/find_film.h"
+#include "core/capture/scan_clip.h"
 #include "core/face/landmarks.h"
 #include "core/image/files.h"
 #include "core/project/project_head_model.h"
@@ -78,6 +80,18 @@ Result<void> write_results(const TrackArguments& arguments, const VideoInfo& inf
   return write_track(arguments.out, track);
 }
 
+// No pose is carried over a cut.
+Result<std::vector<FrameSpan>> find_cuts(const TrackArguments& arguments, const PixelRect& film,
+                                         const Progress& progress) {
+  std::error_code ignored;
+  if (fs::is_directory(arguments.video, ignored)) return std::vector<FrameSpan>();  // photographs
+  const auto detector = FaceDetector::load(arguments.models.shared.landmark_model);
+  if (!detector) return detector.error();
+  const auto scan = scan_clip(arguments.video, *detector, {}, film, progress, stop_on_signals());
+  if (!scan) return scan.error();
+  return every_shot(*scan);
+}
+
 int run(const TrackArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
   for (const fs::path& written : {arguments.out, arguments.overlay, arguments.strip}) {
@@ -106,8 +120,11 @@ int run(const TrackArguments& arguments) {
     if (!film) return report_failure(film.error());
     const CameraSet cameras = assumed_camera(*info, *film);
     const PixelRect part = film->empty() ? PixelRect{0, 0, info->width, info->height} : *film;
+    const auto shots = find_cuts(arguments, part, line.progress().stage(0.05, 0.15, "looking for cuts"));
+    if (!shots) return report_failure(shots.error());
+    options.shots = *shots;
     track = track_clip(arguments.video, {part.x, part.y, part.width, part.height}, cameras, {}, *model,
-                       options, line.progress().stage(0.05, share, "track"), stop_on_signals());
+                       options, line.progress().stage(0.15, share, "track"), stop_on_signals());
     seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (*track)
       written = write_results(arguments, *info, cameras, *model, **track,

@@ -14,6 +14,8 @@
 #include "core/base/quantile.h"
 #include "core/capture/find_cuts.h"
 #include "core/capture/picture_cells.h"
+#include "core/image/bilinear.h"
+#include "core/video/decode.h"
 
 namespace likeness {
 namespace {
@@ -96,11 +98,7 @@ Image8 placed_picture(const Image8& from, const Placed& at) {
     for (int x = 0; x < from.width; ++x) {
       const double u = std::clamp(cx + (x - cx - at.x) / (1 + at.scale), 0.0, double(from.width - 1)),
                    v = std::clamp(cy + (y - cy - at.y) / (1 + at.scale), 0.0, double(from.height - 1));
-      const int u0 = int(u), v0 = int(v), u1 = std::min(u0 + 1, from.width - 1),
-                v1 = std::min(v0 + 1, from.height - 1);
-      const double s = u - u0, t = v - v0;
-      *out.at(x, y) = std::uint8_t(std::lround((1 - t) * ((1 - s) * *from.at(u0, v0) + s * *from.at(u1, v0)) +
-                                               t * ((1 - s) * *from.at(u0, v1) + s * *from.at(u1, v1))));
+      *out.at(x, y) = std::uint8_t(std::lround(bilinear(from, u + 0.5, v + 0.5)));
     }
   return out;
 }
@@ -314,6 +312,14 @@ std::vector<ClipShot> shots_of(const ClipScan& scan, const PixelRect& film, bool
   };
   one.push_back({all.first, all.last, time_of(all.first), time_of(all.last) + 1 / rate, true, ""});
   return one;
+}
+
+std::vector<FrameSpan> every_shot(const ClipScan& scan) {
+  std::vector<FrameSpan> shots = find_shots(scan.film);
+  if (shots.size() < 2) return {};
+  // Frames that the scan passed over, before the first cut and after the last look, are tracked, too.
+  shots.back().last += sampling_stride(scan.info);
+  return shots;
 }
 
 std::string span_words(double from_s, double to_s) {

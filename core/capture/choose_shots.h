@@ -23,6 +23,10 @@ std::vector<ClipShot> choose_shots(std::span<const FrameSketch> film, const std:
 // was looked at, source px; empty: the whole picture.
 std::vector<ClipShot> shots_of(const ClipScan& scan, const PixelRect& film, bool photographs);
 
+// Every shot of a scanned clip, whoever and whatever it shows, for a track that follows each by itself; empty
+// where it was not cut.
+std::vector<FrameSpan> every_shot(const ClipScan& scan);
+
 // "0:00-0:12 and 0:15-0:40"
 std::string serving_words(const std::vector<ClipShot>& shots);
 // One sentence on what of the film counts; empty where all of it does.

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "core/base/check.h"
+#include "core/image/bilinear.h"
 
 namespace likeness {
 namespace {
@@ -81,12 +82,7 @@ Image8 moved_picture(const Image8& picture, double dx, double dy) {
     for (int x = 0; x < picture.width; ++x) {
       const double u = std::clamp(x - dx, 0.0, double(picture.width - 1)),
                    v = std::clamp(y - dy, 0.0, double(picture.height - 1));
-      const int u0 = int(u), v0 = int(v), u1 = std::min(u0 + 1, picture.width - 1),
-                v1 = std::min(v0 + 1, picture.height - 1);
-      const double s = u - u0, t = v - v0;
-      *moved.at(x, y) =
-          std::uint8_t(std::lround((1 - t) * ((1 - s) * *picture.at(u0, v0) + s * *picture.at(u1, v0)) +
-                                   t * ((1 - s) * *picture.at(u0, v1) + s * *picture.at(u1, v1))));
+      *moved.at(x, y) = std::uint8_t(std::lround(bilinear(picture, u + 0.5, v + 0.5)));
     }
   return moved;
 }

@@ -10,7 +10,7 @@
 #include "core/base/files.h"
 #include "core/camera/clip_camera.h"
 #include "core/capture/choose_crop.h"
-#include "core/capture/find_cuts.h"
+#include "core/capture/choose_shots.h"
 #include "core/capture/find_film.h"
 #include "core/capture/scan_clip.h"
 #include "core/project/project_head_model.h"
@@ -33,19 +33,15 @@ struct DriverPlace {
   std::vector<FrameSpan> shots;  // empty: one
 };
 
-Result<DriverPlace> find_driver(const fs::path& video, const VideoInfo& info, const PixelRect& film,
-                                const fs::path& landmark_model, const Progress& progress,
-                                std::stop_token stop) {
+Result<DriverPlace> find_driver(const fs::path& video, const PixelRect& film, const fs::path& landmark_model,
+                                const Progress& progress, std::stop_token stop) {
   DriverPlace place{{film.x, film.y, film.width, film.height}, {}};
   const auto detector = FaceDetector::load(landmark_model);
   if (!detector) return detector.error();
   const auto scan = scan_clip(video, *detector, {}, film, progress, stop);
   if (!scan) return scan.error();
-  place.shots = find_shots(scan->film);
-  // Frames that the scan passed over, before the first cut and after the last look, are tracked, too.
-  if (!place.shots.empty()) place.shots.back().last += sampling_stride(info);
   std::error_code ignored;
-  if (place.shots.size() < 2 || fs::is_directory(video, ignored)) place.shots.clear();
+  if (!fs::is_directory(video, ignored)) place.shots = every_shot(*scan);
   if (std::max(film.width, film.height) <= kWholePicture) return place;
   std::vector<FaceBox> faces;
   for (const FaceSample& sample : scan->samples)
@@ -82,7 +78,7 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
   const auto film = find_film(request.video, progress.stage(0, 0.03, "looking for bars"), stop);
   if (!film) return film.error();
   const PixelRect filmed = film->empty() ? PixelRect{0, 0, info.width, info.height} : *film;
-  const auto place = find_driver(request.video, info, filmed, request.landmark_model,
+  const auto place = find_driver(request.video, filmed, request.landmark_model,
                                  progress.stage(0.03, 0.15, "looking for the face"), stop);
   if (!place) return place.error();
   TrackOptions options;

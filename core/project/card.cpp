@@ -125,8 +125,10 @@ bool is_refused(const CaptureFrame& frame) {
 
 std::vector<CardFrame> card_frames(const Capture& capture, const CameraSet& cameras, const Track& track) {
   const double usual = usual_error(track);
+  const std::vector<FrameSpan> serve = stretches_that_serve(capture);
   std::vector<CardFrame> frames;
   for (const CaptureFrame& captured : capture.frames) {
+    if (span_of(serve, captured.frame) < 0) continue;
     CardFrame frame{captured.time_s};
     frame.tracked = find_tracked(track, captured.frame);
     frame.blurred = is_blurred(captured);
@@ -225,7 +227,9 @@ Card make_card(const Capture& capture, const CameraSet& cameras, const Track& tr
                const Avatar& avatar, const HeadModel& model, const SeenMouth& mouth) {
   const ActionBasis basis = action_basis(model);
   Card card;
+  const std::vector<FrameSpan> serve = stretches_that_serve(capture);
   for (const TrackedFrame& frame : track.frames) {
+    if (span_of(serve, frame.frame) < 0) continue;  // of a shot that is left out
     card.weak += frame.status == FrameStatus::weak;
     card.lost += frame.status == FrameStatus::lost;
   }

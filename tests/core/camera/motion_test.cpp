@@ -134,6 +134,18 @@ TEST(BackgroundMotion, TheRestOfAMixedClipIsFoundToWithinAFewFrames) {
   EXPECT_EQ(motion->rests[0].last, 79);
 }
 
+TEST(BackgroundMotion, ShotsThatDoNotServeAreNotLookedAt) {
+  // Two shots from one camera at rest, and between them another one's pan.
+  const auto filmed = [](int frame) { return frame >= 30 && frame < 60; };
+  const Clip clip(90, [&](int frame) { return wall_window(filmed(frame) ? 500 + 3.0 * frame : 0); });
+  const std::vector<FrameSpan> serve{{0, 29}, {60, 89}};
+  const auto motion = measure_background_motion(clip.video, {}, 0.75, {}, {}, nullptr, {}, serve);
+  ASSERT_TRUE(motion.ok()) << motion.error().what;
+  EXPECT_LT(motion->motion, 0.75);
+  EXPECT_EQ(motion->frames.size(), 60u);
+  for (const FrameMotion& f : motion->frames) EXPECT_FALSE(filmed(f.frame)) << f.frame;
+}
+
 TEST(BackgroundMotion, ATexturelessBackgroundCountsAsStaticAndSaysSo) {
   std::mt19937 random(3);
   const Clip clip(30, [&](int) {

@@ -106,6 +106,23 @@ TEST(ChooseShots, BeforeAPlainWallTheFaceDecides) {
   EXPECT_EQ(used(chosen({painted})), (std::vector<bool>{true, false, true}));
 }
 
+TEST(EveryShot, IsFollowedWhateverItShowsAndAnUncutFilmHasNone) {
+  const auto film_of = [](auto&& scene) {
+    MadeFilm film{scene, always_there};
+    film.frames = 100;
+    ClipScan scan;
+    scan.film = test::sketches_of(film);
+    scan.info.frames_per_second = 25;
+    return every_shot(scan);
+  };
+  const auto cut =
+      film_of([](double x, double y, int f) { return blotches(x, y, f >= 40 && f < 70 ? 1 : 0); });
+  ASSERT_EQ(cut.size(), 3u);
+  for (std::size_t i = 0; i < cut.size(); ++i) EXPECT_EQ(cut[i].first, kThree[i].first);
+  EXPECT_GE(cut.back().last, 99);
+  EXPECT_TRUE(film_of([](double x, double y, int) { return blotches(x, y, 0); }).empty());
+}
+
 TEST(ChooseShots, WordsNameTheSecondsThatServe) {
   const std::vector<ClipShot> shots{{0, 99, 0, 4, true, ""},
                                     {100, 149, 4, 6, true, ""},

@@ -113,6 +113,19 @@ TEST(BridgeLost, NothingIsLearntAcrossTheSplit) {
       << "held out: what comes next is not known yet";
 }
 
+TEST(BridgeLost, AFrameTakesNothingFromBeyondACut) {
+  std::vector<TrackedFrame> frames(6);
+  for (int i = 0; i < 6; ++i) {
+    frames[i].frame = i;
+    frames[i].pose.articulation.expression = Eigen::VectorXf::Zero(1);
+    frames[i].pose.world_from_head.translation().x() = i;
+    if (i == 2 || i == 3) frames[i].status = FrameStatus::lost;
+  }
+  bridge_lost(frames, {}, {0, 0, 0, 1, 1, 1});
+  EXPECT_EQ(frames[2].pose.world_from_head.translation().x(), 1) << "the last frame before the cut";
+  EXPECT_EQ(frames[3].pose.world_from_head.translation().x(), 4) << "the first frame after it";
+}
+
 TEST(BridgeLost, WithoutKnownFramesNothingChanges) {
   std::vector<TrackedFrame> frames(2);
   for (TrackedFrame& f : frames) f.status = FrameStatus::lost;

@@ -97,8 +97,11 @@ class RefitSpans : public testing::Test {
     return track;
   }
   static Result<Refit> refit(const Track& track, const RefitSpan& span, const std::set<int>& held_out = {},
-                             const fs::path& path = clip(), std::stop_token stop = {}) {
-    return refit_span(path, {0, 0, kRefitSide, kRefitSide}, cameras_, held_out, model(), track, span, {},
+                             const fs::path& path = clip(), std::stop_token stop = {},
+                             const std::vector<FrameSpan>& shots = {}) {
+    RefitOptions options;
+    options.track.shots = shots;
+    return refit_span(path, {0, 0, kRefitSide, kRefitSide}, cameras_, held_out, model(), track, span, options,
                       Progress(), stop);
   }
   static const HeadModel& model() {
@@ -194,6 +197,19 @@ TEST_F(RefitSpans, AHeldOutFrameKnowsNothingAfterIt) {
     EXPECT_TRUE(same_bits(whole->frames[i], cut->frames[i])) << whole->frames[i].frame;
   for (std::size_t i = 0; i < shorter->frames.size(); ++i)
     EXPECT_TRUE(same_bits(whole->frames[i], shorter->frames[i])) << whole->frames[i].frame;
+}
+
+TEST_F(RefitSpans, NothingIsReadBeyondACut) {
+  const Track track = spoilt(kSpan);
+  constexpr int kCut = 26;  // the first frame of the next shot
+  const std::vector<FrameSpan> shots{{0, kCut - 1}, {kCut, kRefitFrames - 1}};
+  const auto gone = [](int f) { return f >= kCut; };
+  const auto whole = refit(track, kSpan, {}, clip_without("uncut", [](int) { return false; }), {}, shots);
+  const auto ends = refit(track, kSpan, {}, clip_without("ends", gone), {}, shots);
+  ASSERT_TRUE(whole.ok() && ends.ok());
+  EXPECT_GE(whole->outcome.better, 6) << refit_words(whole->outcome);
+  for (std::size_t i = 0; i < whole->frames.size(); ++i)
+    EXPECT_TRUE(same_bits(whole->frames[i], ends->frames[i])) << whole->frames[i].frame;
 }
 
 TEST_F(RefitSpans, RefusesWithAReasonAndStopsOnRequest) {

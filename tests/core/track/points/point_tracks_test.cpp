@@ -53,6 +53,28 @@ TEST(PointTracks, FollowAMovingTextureToATenthOfAPixel) {
   EXPECT_LT(errors[errors.size() / 2], 0.15);
 }
 
+TEST(PointTracks, EndAtACut) {
+  // One texture throughout, so that nothing but the shots keeps a point from going on.
+  std::vector<Image8> images;
+  for (int i = 0; i < 32; ++i) images.push_back(moved_texture(0.5 * i, 0));
+  std::vector<const Image8*> grey;
+  std::vector<int> order, shots;
+  for (int i = 0; i < 32; ++i)
+    grey.push_back(&images[i]), order.push_back(i), shots.push_back(i < 16 ? 0 : 1);
+  const auto across = [&](const std::vector<int>& of) {
+    const auto tracks = track_points(
+        grey, order, [](int) { return Image8(160, 140, 1, 255); }, {}, {}, {}, of);
+    EXPECT_TRUE(tracks.ok());
+    int here = 0, beyond = 0;
+    for (const PointTrack& t : *tracks)
+      (t.seen.back().picture < 16 || t.seen.front().picture >= 16 ? here : beyond)++;
+    EXPECT_GT(here + beyond, 20);
+    return beyond;
+  };
+  EXPECT_GT(across({}), 0);
+  EXPECT_EQ(across(shots), 0);
+}
+
 TEST(PointTracks, LeaveNoPointOutsideTheMask) {
   const Image8 image = moved_texture(0, 0);
   const TrackPicture picture(image);
