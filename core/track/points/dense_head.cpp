@@ -1,7 +1,6 @@
 #include "core/track/points/dense_head.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -9,7 +8,6 @@
 #include "core/base/quantile.h"
 #include "core/base/rigid.h"
 #include "core/track/points/dense_patches.h"
-#include "core/track/points/lone_point.h"
 #include "core/track/points/point_tracks.h"
 
 namespace likeness {
@@ -19,9 +17,6 @@ constexpr int kAnchors = 3;             // training frames a held-out frame is c
 constexpr std::size_t kLoneBatch = 64;  // frames whose pyramids are in memory at once
 constexpr int kFewestTracks = 20, kMaxPatches = 3000;
 constexpr double kNeckRest = 60;           // per m; five times as much pulls the face away from its landmarks
-constexpr double kJudging = 0.125;         // of the tracks
-constexpr std::size_t kFewestJudges = 12;  // fewer of them judge nothing
-constexpr double kWorthwhile = 0.95;       // of the landmark poses' error: less of a gain is none
 constexpr double kPatchReach[] = {12, 5};  // px; the first poses have drifted, the second hardly
 
 Vec2d ray_of(const Intrinsics& k, const Vec2d& pixel) { return ray_direction(k, pixel).head<2>(); }
@@ -47,31 +42,6 @@ std::vector<int> anchors_of(const std::vector<DenseFrame>& frames, const std::ve
     if (static_cast<int>(chosen.size()) == kAnchors) break;
   }
   return chosen;
-}
-
-std::vector<PointView> views_of(const BundleTrack& track, const std::vector<BundleFrame>& poses) {
-  std::vector<PointView> views;
-  for (const BundleObservation& o : track.seen)
-    if (poses[o.frame].known) views.push_back({poses[o.frame].cam_from_head, o.ray, poses[o.frame].focal_px});
-  return views;
-}
-
-// Whether the poses foresee points that they were not made from better than the landmark poses do. Where what
-// is followed slides - strands of hair, highlights on smooth skin - they do not.
-bool foresee_better(const std::vector<BundleFrame>& poses, const std::vector<BundleFrame>& landmark_poses,
-                    const std::vector<BundleTrack>& tracks, const std::vector<std::uint8_t>& judges) {
-  std::vector<std::array<double, 2>> errors(tracks.size(), {-1, -1});  // px; negative: judges nothing
-  parallel_for(tracks.size(), [&](std::size_t t) {
-    if (!judges[t]) return;
-    const auto now = foreseen_errors(views_of(tracks[t], poses), tracks[t].point),
-               before = foreseen_errors(views_of(tracks[t], landmark_poses), tracks[t].point);
-    if (!now.empty() && !before.empty()) errors[t] = {median(now), median(before)};
-  });
-  std::vector<double> now, before;
-  for (const auto& e : errors)
-    if (e[0] >= 0) now.push_back(e[0]), before.push_back(e[1]);
-  if (now.size() < kFewestJudges) return true;
-  return median(std::move(now)) < kWorthwhile * median(std::move(before));
 }
 
 struct FrozenPoint {
@@ -216,23 +186,8 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   for (int t : training) poses[t] = {true, frames[t].intrinsics.fx, frames[t].cam_from_head, shots[t]};
   BundleOptions options;
   if (resting_camera) options.neck_rest = kNeckRest;
-  std::vector<std::uint8_t> judges(tracks.size(), 0);
-  for (std::size_t t = 0; t < tracks.size(); ++t) {
-    judges[t] = is_withheld(tracks.size() + t, kJudging);
-    tracks[t].kept = !judges[t];
-  }
-  const std::vector<BundleFrame> landmark_poses = poses;
   auto bundle = bundle_adjust(poses, tracks, options, progress.stage(0.5, 0.6, "bundle"), stop);
   if (!bundle) return bundle.error();
-  if (!foresee_better(poses, landmark_poses, tracks, judges)) {
-    summary.refused = true;
-    progress.report(1);
-    return summary;
-  }
-  parallel_for(tracks.size(), [&](std::size_t t) {
-    if (judges[t]) tracks[t].point = solve_point(views_of(tracks[t], poses), tracks[t].point);
-  });
-  for (std::size_t t = 0; t < tracks.size(); ++t) tracks[t].kept |= judges[t] != 0;
   std::vector<int> followed(frames.size(), 0);  // observations behind each first pose
   for (const BundleTrack& t : tracks)
     if (t.kept)

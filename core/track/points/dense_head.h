@@ -35,8 +35,6 @@ struct DenseSummary {
   BundleSummary bundle;
   int found_tracks = 0;
   double mean_track_length = 0;
-  // No pose is solved: points withheld from the adjustment lie no better by its poses than by the landmarks'.
-  bool refused = false;
   double turn_change_deg = 0, shift_change_m = 0;  // rms change by the dense poses, training frames
 };
 

@@ -30,12 +30,12 @@ struct WithheldPoints {
 bool is_withheld(std::size_t index, double share);
 
 struct WithheldScore {
-  int tracks = 0, on_head = 0;  // on_head: moved with the head, judged by the observations that solve it
+  int tracks = 0, on_head = 0;  // on_head: moved with the head, judged by the even observations only
   int observations = 0;         // scored
   double median_px = 0, p90_px = 0;
 };
 
-// By the errors that lone_point.h foresees with the track's poses.
+// Each point is solved from its even observations with the track's poses fixed; the odd ones are scored.
 WithheldScore score_withheld(const WithheldPoints& points, const Track& track, const CameraSet& cameras);
 
 }  // namespace likeness
