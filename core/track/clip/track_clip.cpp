@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "core/base/rigid.h"
 #include "core/track/clip/clip_work.h"
@@ -97,6 +99,37 @@ Result<void> fit_faces(const ExpressionPrior& prior, bool person_known, ClipWork
   for (HeadPoint& point : work.points) point.track.point = new_from_old * point.track.point;
   return fit_states(work.head, work.identity, prior, {.spacing = work.spacing}, work.faces,
                     progress.stage(0.5, 1, "frames"), stop);
+}
+
+// Of every frame, in order.
+using FoundLandmarks = std::vector<std::pair<std::optional<Landmarks>, FaceObservation>>;
+
+FoundLandmarks found_landmarks(const ClipWork& work) {
+  FoundLandmarks found;
+  for (std::size_t i = 0; i < work.faces.size(); ++i)
+    found.emplace_back(work.clip.frames[i].landmarks, work.faces[i].observation);
+  return found;
+}
+
+void take_landmarks(FoundLandmarks&& found, ClipWork& work) {
+  for (std::size_t i = 0; i < work.faces.size(); ++i) {
+    work.clip.frames[i].landmarks = std::move(found[i].first);
+    work.faces[i].observation = std::move(found[i].second);
+  }
+}
+
+// What the pictures say of landmarks, brows, lids and rest, and the faces fitted with it.
+Result<void> read_and_fit(const HeadModel& model, const TrackOptions& options, bool person_known,
+                          ClipWork& work, StageClock& clock, const Progress& progress, std::stop_token stop) {
+  if (auto checked = cross_check(work, progress.stage(0, 0.5, "landmarks followed"), stop); !checked)
+    return checked.error();
+  clock.lap("landmarks followed");
+  if (auto brows = find_lost_brows(work, stop); !brows) return brows.error();
+  clock.lap("brows");
+  if (auto watched = watch_lids(model, work, stop); !watched) return watched.error();
+  clock.lap("lids");
+  find_rest(options, work);
+  return fit_faces(work.prior, person_known, work, progress.stage(0.5, 1, "fitting again"), stop);
 }
 
 // The person's own surface on top of the identity, and every frame's expression on it.
@@ -234,25 +267,21 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
         !dense)
       return dense.error();
     clock.lap("dense head");
+    FoundLandmarks first = found_landmarks(work);
     if (auto again = find_landmarks_again(options, work, progress.stage(0.75, 0.85, "landmarks again"), stop);
         !again)
       return again.error();
     clock.lap("landmarks again");
-    if (auto checked = cross_check(work, progress.stage(0.85, 0.87, "landmarks followed"), stop); !checked)
-      return checked.error();
-    clock.lap("landmarks followed");
-    if (auto brows = find_lost_brows(work, stop); !brows) return brows.error();
-    clock.lap("brows");
-    if (auto watched = watch_lids(model, work, stop); !watched) return watched.error();
-    clock.lap("lids");
-    find_rest(options, work);
     if (auto fitted =
-            fit_faces(work.prior, person_known, work, progress.stage(0.87, 0.89, "second fit"), stop);
+            read_and_fit(model, options, person_known, work, clock, progress.stage(0.85, 0.89, ""), stop);
         !fitted)
       return fitted.error();
     if (drop_wandering_poses(work)) {
+      const bool all = std::ranges::none_of(work.faces, &FaceFrame::pose_given);
+      if (all) take_landmarks(std::move(first), work);
       auto refitted =
-          fit_faces(work.prior, person_known, work, progress.stage(0.89, 0.895, "third fit"), stop);
+          all ? read_and_fit(model, options, person_known, work, clock, progress.stage(0.89, 0.895, ""), stop)
+              : fit_faces(work.prior, person_known, work, progress.stage(0.89, 0.895, "third fit"), stop);
       if (!refitted) return refitted.error();
     }
     clock.lap("fit again");
