@@ -287,6 +287,11 @@ TorsoModes torso_modes_from_json(const json& j) {
   m.mean = j.at("torso_mean").get<std::vector<float>>();
   if (!take_modes(j.at("torso_modes").get<std::vector<std::vector<float>>>(), m) || !is_consistent(m))
     throw Bad{"the torso's modes do not match their grid"};
+  if (j.contains("torso_hem")) {
+    const json& hem = j.at("torso_hem");
+    m.hem = {float(finite(hem.at(0), "hem")), float(finite(hem.at(1), "hem")),
+             float(finite(hem.at(2), "hem"))};
+  }
   return m;
 }
 
@@ -475,6 +480,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
   for (const AttributeRegion& region : avatar.attributes) j["attributes"].push_back(to_json(region));
   if (!avatar.parts.empty()) j["parts"] = json::array();
   for (const AvatarPart& part : avatar.parts) j["parts"].push_back(to_json(part));
+  if (const auto& hem = avatar.torso_modes.hem) j["torso_hem"] = {hem->height, hem->slope_x, hem->slope_z};
   if (!avatar.background_fault.empty()) j["background_fault"] = avatar.background_fault;
   Sections sections;
   // A non-UTF-8 file name must not make the avatar unwritable.

@@ -127,7 +127,15 @@ void pack_frame(const FrameParts& parts, const MarchVolume* head, std::vector<un
   }
   if (parts.torso && !parts.torso->empty()) {
     const TorsoGrid& grid = parts.torso->grid;
-    frame.torso = {grid.columns, grid.rows, {grid.origin.x(), grid.origin.y()}, grid.cell};
+    const TorsoHem hem = parts.torso->hem.value_or(TorsoHem{});
+    frame.torso = {grid.columns,
+                   grid.rows,
+                   {grid.origin.x(), grid.origin.y()},
+                   grid.cell,
+                   parts.torso->hem ? 1 : 0,
+                   hem.height,
+                   hem.slope_x,
+                   hem.slope_z};
     frame.displacement_at = append(out, parts.torso->displacement);
   }
   std::memcpy(out.data(), &frame, sizeof(frame));

@@ -120,9 +120,9 @@ LIKENESS_HOST_DEVICE inline void torso_to_canonical(const MarchScene& scene, con
                                                     float (&p)[3]) {
   const auto* behind = reinterpret_cast<const unsigned char*>(&frame);
   const MarchGrid& grid = scene.grid[1];
-  float way[2];
-  torso_way(frame.torso, reinterpret_cast<const float*>(behind + frame.displacement_at),
-            grid.origin[0] + grid.side * p[0], grid.origin[1] + grid.side * p[1], way);
+  float place[3], way[2];
+  for (int a = 0; a < 3; ++a) place[a] = grid.origin[a] + grid.side * p[a];
+  torso_way(frame.torso, reinterpret_cast<const float*>(behind + frame.displacement_at), place, way);
   for (int a = 0; a < 2; ++a) p[a] = within(p[a] + way[a] / grid.side, 0.f, 1.f);
 }
 

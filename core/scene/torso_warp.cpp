@@ -70,6 +70,7 @@ std::vector<float> posed_displacement(const TorsoModes& modes, const TorsoShape&
 
 TorsoField torso_field(const TorsoModes& modes, const TorsoShape& shape) {
   TorsoField field;
+  field.hem = modes.hem;
   if (modes.empty()) return field;
   field.grid = modes.grid;
   const std::vector<float> posed = posed_displacement(modes, shape);
@@ -87,8 +88,9 @@ TorsoField torso_field(const TorsoModes& modes, const TorsoShape& shape) {
 }
 
 Vec3f torso_displacement(const TorsoField& field, const Vec3f& point) {
-  if (field.empty()) return Vec3f::Zero();
-  const Vec2f d = at(field.grid, field.displacement, point.head<2>());
+  Vec2f d = Vec2f::Zero();
+  if (!field.grid.empty()) d = at(field.grid, field.displacement, point.head<2>());
+  if (field.hem) d.y() = std::max(d.y(), field.hem->at(point.x() + d.x(), point.z()) - point.y());
   return {d.x(), d.y(), 0};
 }
 

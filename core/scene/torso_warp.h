@@ -39,12 +39,21 @@ struct GridPlace {
 };
 GridPlace place_in(const TorsoGrid& grid, float x, float y);
 
+// Where the pictures end below: nothing was learnt of what lies deeper, and the torso goes on there as it is
+// at the hem, as far as its occupied cells reach. Canonical torso frame: y = height + slope_x x + slope_z z,
+// m; a plane through a camera, so that what is nearer to it ends higher.
+struct TorsoHem {
+  float height = 0, slope_x = 0, slope_z = 0;
+  float at(float x, float z) const { return height + slope_x * x + slope_z * z; }
+};
+
 // What all frames share. Displacement of the canonical torso's points, posed minus canonical, m:
 // mean + sum over k of shape[k] * modes[k], each (rows, columns, 2).
 struct TorsoModes {
   TorsoGrid grid;
   std::vector<float> mean;
   std::array<std::vector<float>, kTorsoModes> modes;
+  std::optional<TorsoHem> hem{};  // of a trained avatar
 
   bool empty() const { return grid.empty(); }
 };
@@ -64,14 +73,15 @@ std::vector<float> posed_displacement(const TorsoModes& modes, const TorsoShape&
 struct TorsoField {
   TorsoGrid grid;
   std::vector<float> displacement;  // (rows, columns, 2), m
+  std::optional<TorsoHem> hem{};
 
-  bool empty() const { return grid.empty(); }
+  bool empty() const { return grid.empty() && !hem; }
 };
 
-// Inverts the displacement. Microseconds; no modes give an empty field, which moves nothing.
+// Inverts the displacement. Microseconds; no modes and no hem give an empty field, which moves nothing.
 TorsoField torso_field(const TorsoModes& modes, const TorsoShape& shape);
 
-// Canonical minus posed at a point of the torso frame, m. Bilinear; z is always 0.
+// Canonical minus posed at a point of the torso frame, m. Bilinear, then up to the hem; z is always 0.
 Vec3f torso_displacement(const TorsoField& field, const Vec3f& point);
 
 }  // namespace likeness

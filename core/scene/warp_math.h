@@ -51,6 +51,8 @@ struct NeckTable {
 struct TorsoTable {
   std::int32_t columns, rows;  // 0: rigid
   float origin[2], cell;
+  std::int32_t hem;  // 0: none
+  float hem_height, hem_slope_x, hem_slope_z;
 };
 
 LIKENESS_HOST_DEVICE inline float within(float v, float low, float high) {
@@ -161,10 +163,10 @@ LIKENESS_HOST_DEVICE inline void bend_neck(const NeckTable& bend, float (&p)[3])
   for (int a = 0; a < 3; ++a) p[a] = posed[a];
 }
 
-// Canonical minus posed at a place of the torso frame, m; nothing moves along z. displacement: (rows,
-// columns, 2).
-LIKENESS_HOST_DEVICE inline void torso_way(const TorsoTable& torso, const float* displacement, float x,
-                                           float y, float (&way)[2]) {
+// Canonical minus posed at a place of the torso frame, m, without the hem; nothing moves along z.
+// displacement: (rows, columns, 2).
+LIKENESS_HOST_DEVICE inline void torso_grid_way(const TorsoTable& torso, const float* displacement, float x,
+                                                float y, float (&way)[2]) {
   way[0] = way[1] = 0;
   if (torso.columns == 0) return;
   const float u = within((x - torso.origin[0]) / torso.cell, 0.f, float(torso.columns - 1));
@@ -177,6 +179,16 @@ LIKENESS_HOST_DEVICE inline void torso_way(const TorsoTable& torso, const float*
     const float* at = displacement + 2 * ((row + (c >> 1)) * torso.columns + column + (c & 1));
     way[0] += weight * at[0], way[1] += weight * at[1];
   }
+}
+
+// The same, then up to the hem.
+LIKENESS_HOST_DEVICE inline void torso_way(const TorsoTable& torso, const float* displacement,
+                                           const float* place, float (&way)[2]) {
+  torso_grid_way(torso, displacement, place[0], place[1], way);
+  if (torso.hem == 0) return;
+  const float lowest =
+      torso.hem_height + torso.hem_slope_x * (place[0] + way[0]) + torso.hem_slope_z * place[2] - place[1];
+  if (way[1] < lowest) way[1] = lowest;
 }
 
 }  // namespace likeness

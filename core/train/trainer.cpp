@@ -16,6 +16,7 @@
 #include "core/train/refine_track.h"
 #include "core/train/register_clips.h"
 #include "core/train/still_cells.h"
+#include "core/train/torso_hem.h"
 #include "core/train/train.h"
 #include "core/train/training_step.h"
 
@@ -64,7 +65,11 @@ Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const Co
                    float warp_cell, const NeckZone& neck, const TrainingState& state) {
   Avatar avatar = capture_avatar(set, map, warp_cell, neck);
   avatar.head = state.head.part;
-  if (state.torso) avatar.torso = state.torso->part;
+  if (state.torso) {
+    avatar.torso = state.torso->part;
+    avatar.torso_modes.hem = find_hem(set, avatar.torso->cube);
+    if (avatar.torso_modes.hem) extend_below(*avatar.torso_modes.hem, *avatar.torso);
+  }
   avatar.steps = state.step;
   avatar.seed = options.seed;
   avatar.train_seconds = state.seconds;

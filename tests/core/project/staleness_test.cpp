@@ -229,11 +229,11 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
   EXPECT_EQ(input_hash(project_, Stage::import), hash_text(fmt::format("import 2\n{} 256", clip)));
   EXPECT_EQ(input_hash(project_, Stage::align), hash_text(fmt::format("align 6\n{} 0", clip)));
   EXPECT_EQ(input_hash(project_, Stage::fit),
-            hash_text(fmt::format("fit 9\n{} {} none none", capture, cameras)));
+            hash_text(fmt::format("fit 10\n{} {} none none", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::matte),
             hash_text(fmt::format("matte 4\n{} {} {} none", capture, cameras, track)));
   EXPECT_EQ(input_hash(project_, Stage::train),
-            hash_text(fmt::format("train 5\n{} {} {} absent {} 0 0 true true true true false",
+            hash_text(fmt::format("train 6\n{} {} {} absent {} 0 0 true true true true false",
                                   project_.record(Stage::matte).input_hash, track, plate, 300.0)));
   ProjectOptions& o = project_.options;
   o.import.split = Split::views, o.align.camera = CameraKind::resting, o.align.lens_mm = 51,
@@ -244,9 +244,9 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
   EXPECT_EQ(input_hash(project_, Stage::align),
             hash_text(fmt::format("align 6\n{} 3 rests {} mm", clip, 51.0)));
   EXPECT_EQ(input_hash(project_, Stage::fit),
-            hash_text(fmt::format("fit 9\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
+            hash_text(fmt::format("fit 10\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::train),
-            hash_text(fmt::format("train 5\n{} {} {} absent {} 0 3 true false true true false landmarks {} "
+            hash_text(fmt::format("train 6\n{} {} {} absent {} 0 3 true false true true false landmarks {} "
                                   "left out 3,5",
                                   project_.record(Stage::matte).input_hash, track, plate, 300.0, 0.1)));
 }

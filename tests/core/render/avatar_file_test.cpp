@@ -65,6 +65,7 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   const int n = a.head.occupancy.resolution;
   for (int i = 0; i < n * n * n; ++i) a.head.opacity.push_back(std::uint8_t(i % 251));
   a.background_fault = "The background was not learnt.";
+  a.torso_modes.hem = TorsoHem{-0.2f, 0.01f, -0.1f};
   a.parts = {{"torso", false, true, "none", "It was asked for."},
              {"grid", true, false, "small", "It suffices."}};
   ASSERT_TRUE(write_avatar(path_, a).ok());
@@ -84,6 +85,10 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   EXPECT_EQ(a.torso->field.parameters, b.torso->field.parameters);
   EXPECT_EQ(a.torso->occupancy.bits, b.torso->occupancy.bits);
   EXPECT_EQ(b.background_fault, a.background_fault);
+  ASSERT_TRUE(b.torso_modes.hem.has_value());
+  EXPECT_EQ(b.torso_modes.hem->height, a.torso_modes.hem->height);
+  EXPECT_EQ(b.torso_modes.hem->slope_x, a.torso_modes.hem->slope_x);
+  EXPECT_EQ(b.torso_modes.hem->slope_z, a.torso_modes.hem->slope_z);
   ASSERT_EQ(b.parts.size(), 2u);
   EXPECT_EQ(b.parts[0].name, "torso");
   EXPECT_FALSE(b.parts[0].on);

@@ -112,6 +112,8 @@ TEST_F(FrameRendererTest, EachPartOfThePoseChangesThePicture) {
   EXPECT_GT(difference(whole, picture(*on_device, avatar, other, with_strata(8, 1))).mean, 1e-4);
   other.warp.displacement.assign(other.warp.displacement.size(), 0);
   EXPECT_GT(difference(whole, picture(*on_device, avatar, other, with_strata(8, 1))).mean, 1e-3);
+  other = posed, other.torso.hem.reset();
+  EXPECT_GT(difference(whole, picture(*on_device, avatar, other, with_strata(8, 1))).mean, 1e-4);
   other = posed, other.torso = {};
   EXPECT_GT(difference(whole, picture(*on_device, avatar, other, with_strata(8, 1))).mean, 1e-4);
   Avatar stiff = avatar;

@@ -86,6 +86,7 @@ inline RenderState posed_state(const Avatar& avatar, int number) {
   torso.grid = {Vec2f(-0.1f, -0.3f), 0.05f, 4 + number, 5};
   for (int i = 0; i < 2 * torso.grid.nodes(); ++i)
     torso.displacement.push_back(0.01f * std::sin(float(i + number)));
+  torso.hem = TorsoHem{-0.12f, 0.05f, -0.1f};
   return state;
 }
 

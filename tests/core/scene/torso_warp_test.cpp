@@ -71,6 +71,28 @@ TEST(TorsoWarp, AFileWithFewerModesMovesTheTorsoAsBeforeAndOneWithMoreIsRefused)
   EXPECT_FALSE(take_shape(std::vector<float>(kTorsoModes + 1)).has_value());
 }
 
+TEST(TorsoWarp, BelowTheHemItLooksAtTheHem) {
+  TorsoModes modes = wavy_modes();
+  modes.hem = TorsoHem{-0.2f, 0.1f, -0.3f};
+  TorsoModes rigid;
+  rigid.hem = modes.hem;
+  const TorsoShape shape{1.5f, -2.f, 1.f};
+  const TorsoField bent = torso_field(modes, shape), stiff = torso_field(rigid, shape);
+  EXPECT_FALSE(stiff.empty());
+  modes.hem.reset();
+  const TorsoField endless = torso_field(modes, shape);
+  for (const Vec3f& above : {Vec3f(0, -0.1f, 0.05f), Vec3f(0.2f, -0.15f, 0)}) {
+    EXPECT_EQ(torso_displacement(bent, above), torso_displacement(endless, above));
+    EXPECT_EQ(torso_displacement(stiff, above), Vec3f(0, 0, 0));
+  }
+  for (const Vec3f& below : {Vec3f(0, -0.3f, 0.05f), Vec3f(0.2f, -0.5f, 0)})
+    for (const TorsoField* field : {&bent, &stiff}) {
+      const Vec3f canonical = below + torso_displacement(*field, below);
+      EXPECT_NEAR(canonical.y(), rigid.hem->at(canonical.x(), canonical.z()), 1e-6);
+      EXPECT_EQ(canonical.z(), below.z());
+    }
+}
+
 TEST(TorsoWarp, WithoutModesNothingMoves) {
   const TorsoField field = torso_field({}, {1.f, 2.f, 3.f});
   EXPECT_TRUE(field.empty());
