@@ -12,10 +12,10 @@
 namespace likeness {
 namespace {
 
-constexpr float kChestAhead = 0.08f;     // m before the middle of the cube: where most of what is seen lies
-constexpr float kLift = 0.003f;     // m: the last row of a picture is only half seen
-constexpr double kDeepest = 0.03;   // of the views, at least
-constexpr std::size_t kFewest = 2;  // two, that teach too little of what they alone see
+constexpr float kChestAhead = 0.08f;  // m before the middle of the cube: where most of what is seen lies
+constexpr float kLift = 0.003f;       // m: the last row of a picture is only half seen
+constexpr double kDeepest = 0.03;     // of the views, at least
+constexpr std::size_t kFewest = 2;    // two, that teach too little of what they alone see
 
 // The plane through a view's camera and the lower edge of what was filmed, torso frame.
 std::optional<TorsoHem> lower_edge(const TrainingView& view) {
