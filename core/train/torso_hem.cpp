@@ -7,15 +7,17 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/quantile.h"
 #include "core/base/rigid.h"
 
 namespace likeness {
 namespace {
 
-constexpr float kChestAhead = 0.08f;  // m before the middle of the cube: where most of what is seen lies
-constexpr float kLift = 0.003f;       // m: the last row of a picture is only half seen
-constexpr double kDeepest = 0.03;     // of the views, at least
-constexpr std::size_t kFewest = 2;    // two, that teach too little of what they alone see
+constexpr float kLift = 0.003f;                  // m: the last row of a picture is only half seen
+constexpr double kDeepest = 0.03;                // of the views, at least
+constexpr std::size_t kFewest = 2;               // two, that teach too little of what they alone see
+constexpr float kAside = 0.2f;                   // m from the middle: where shoulders and chest are cut off
+constexpr float kBehind = 0.1f, kAhead = 0.13f;  // m of the middle
 
 // The plane through a view's camera and the lower edge of what was filmed, torso frame.
 std::optional<TorsoHem> lower_edge(const TrainingView& view) {
@@ -33,15 +35,29 @@ std::optional<TorsoHem> lower_edge(const TrainingView& view) {
 }  // namespace
 
 std::optional<TorsoHem> find_hem(const TrainingSet& set, const FieldCube& torso) {
-  const Vec3f middle = torso.origin + Vec3f::Constant(0.5f * torso.side);
-  std::vector<std::pair<float, TorsoHem>> edges;  // by their height at the chest
+  std::vector<TorsoHem> edges;
   for (const TrainingView& view : own_views(set))
-    if (const auto edge = lower_edge(view)) edges.emplace_back(edge->at(0, middle.z() + kChestAhead), *edge);
+    if (const auto edge = lower_edge(view)) edges.push_back(*edge);
   if (edges.empty()) return std::nullopt;
-  std::ranges::sort(edges, {}, &std::pair<float, TorsoHem>::first);
+  const auto usual = [&](float TorsoHem::*number) {
+    std::vector<float> values;
+    for (const TorsoHem& edge : edges) values.push_back(edge.*number);
+    return median(std::move(values));
+  };
+  TorsoHem hem{0, usual(&TorsoHem::slope_x), usual(&TorsoHem::slope_z)};
+  // Pictures from other sides end along other planes: one counts where it reaches deepest.
+  const float middle = torso.origin.z() + 0.5f * torso.side;
+  std::vector<float> heights;
+  for (const TorsoHem& edge : edges) {
+    float deepest = 1e9f;
+    for (const float x : {-kAside, kAside})
+      for (const float z : {middle - kBehind, middle + kAhead})
+        deepest = std::min(deepest, edge.at(x, z) - hem.at(x, z));
+    heights.push_back(deepest);
+  }
+  std::ranges::sort(heights);
   const std::size_t passed = std::max(kFewest, std::size_t(kDeepest * double(edges.size())));
-  TorsoHem hem = edges[std::min(passed, edges.size() - 1)].second;
-  hem.height += kLift;
+  hem.height = heights[std::min(passed, heights.size() - 1)] + kLift;
   return hem;
 }
 

@@ -13,8 +13,8 @@ namespace likeness {
 // How far below the hem the torso goes on, m.
 inline constexpr float kBelowHem = 0.08f;
 
-// Where the lowest of the clip's own pictures end, but for the few that reach deepest; nullopt where none
-// shows the torso's place.
+// Below it lies what none of the clip's own pictures shows, but for the few that reach deepest; nullopt where
+// none shows the torso's place.
 std::optional<TorsoHem> find_hem(const TrainingSet& set, const FieldCube& torso);
 
 // Occupied cells down to kBelowHem below the hem, as those at the hem are.
