@@ -58,7 +58,9 @@ nlohmann::json seconds_json(const std::vector<StageSeconds>& seconds, int frames
   nlohmann::json stages = nlohmann::json::object();
   double landmark_fit = 0;
   for (const StageSeconds& s : seconds) {
-    stages[s.stage] = {{"wall", s.wall_s}, {"cpu", s.cpu_s}};
+    nlohmann::json& stage =
+        stages.emplace(s.stage, nlohmann::json::object()).first.value();  // some run twice
+    stage = {{"wall", stage.value("wall", 0.0) + s.wall_s}, {"cpu", stage.value("cpu", 0.0) + s.cpu_s}};
     if (s.stage.starts_with("landmarks") || s.stage.starts_with("fit")) landmark_fit += s.cpu_s;
   }
   return {{"stages", stages}, {"landmark_fit_cpu_per_frame", frames > 0 ? landmark_fit / frames : 0.0}};

@@ -18,9 +18,9 @@ constexpr int kEvery = 2;              // pixels along an axis
 constexpr std::uint8_t kPerson = 128;
 constexpr double kBesideNeck = 0.1;  // m from the neck's middle: past any jaw
 
-// The torso frame's height y as it lies in a picture: a point of it, and which way is down, m per px.
+// The torso frame's height y as it lies in a picture: a point of it, and the way down by kStep.
 struct Level {
-  Vec2d at = Vec2d::Zero(), down = Vec2d::Zero();  // px; px over kStep
+  Vec2d at = Vec2d::Zero(), down = Vec2d::Zero();  // px
   bool ahead = false;
 };
 constexpr double kStep = 0.05;  // m
