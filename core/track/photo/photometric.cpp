@@ -104,9 +104,8 @@ class ClipRefiner {
     const FaceFrame& own = before[i];
     FramePull pull;
     pull.cam_from_head = given_[i].cam_from_head;
-    const double certain = own.pose_given ? 1 : 0.2;  // a landmark pose says less than a dense one
-    pull.turn_weight = certain * options_.turn_hold;
-    pull.shift_weight = certain * options_.shift_hold;
+    pull.turn_weight = own.pose_given ? options_.turn_hold : options_.landmark_turn_hold;
+    pull.shift_weight = own.pose_given ? options_.shift_hold : options_.landmark_shift_hold;
     pull.expression = Eigen::VectorXd::Zero(own.state.expression.size());
     if (own.held_out) {
       pull.expression = given_[i].expression;

@@ -25,6 +25,8 @@ struct PhotometricOptions {
       1.5;  // factor on the landmarks' sigma: pictures now give the same information, more precisely
   double turn_hold = 3000;    // per rad, towards the dense pose, which is accurate to a fraction of a pixel
   double shift_hold = 10000;  // per m
+  // The same towards a landmark pose, where there is no dense one: it is off by a degree and 5 mm.
+  double landmark_turn_hold = 60, landmark_shift_hold = 200;
   double expression_change = 4;  // first difference between training frames, per unit
   double own_hold = 2;           // of a held-out frame's expression towards its landmark fit, per unit
   int spacing = 1;  // frame numbers from one frame to the next (frame_spacing.h); 0: none has a neighbour
