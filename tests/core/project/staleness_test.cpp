@@ -229,7 +229,7 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
   EXPECT_EQ(input_hash(project_, Stage::import), hash_text(fmt::format("import 2\n{} 256", clip)));
   EXPECT_EQ(input_hash(project_, Stage::align), hash_text(fmt::format("align 6\n{} 0", clip)));
   EXPECT_EQ(input_hash(project_, Stage::fit),
-            hash_text(fmt::format("fit 10\n{} {} none none", capture, cameras)));
+            hash_text(fmt::format("fit 11\n{} {} none none", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::matte),
             hash_text(fmt::format("matte 4\n{} {} {} none", capture, cameras, track)));
   EXPECT_EQ(input_hash(project_, Stage::train),
@@ -244,7 +244,7 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
   EXPECT_EQ(input_hash(project_, Stage::align),
             hash_text(fmt::format("align 6\n{} 3 rests {} mm", clip, 51.0)));
   EXPECT_EQ(input_hash(project_, Stage::fit),
-            hash_text(fmt::format("fit 10\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
+            hash_text(fmt::format("fit 11\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::train),
             hash_text(fmt::format("train 6\n{} {} {} absent {} 0 3 true false true true false landmarks {} "
                                   "left out 3,5",

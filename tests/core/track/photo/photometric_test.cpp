@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
+#include "core/base/rigid.h"
 #include "core/scene/head_regions.h"
 #include "core/scene/mesh_scene.h"
 #include "core/track/photo/photometric_mouth.h"
@@ -223,6 +225,32 @@ TEST(Photometric, PicturesCorrectWhatLandmarksSayOfTheJaw) {
   EXPECT_EQ(summary->refined, 14);
   EXPECT_LT(summary->error_after, summary->error_before);
   EXPECT_LT(jaw_error(clip), 0.7 * before);
+}
+
+// Usual error of the heads' turns, degrees, after poses that were off by about two, to either side.
+double turn_error_after(bool pose_given) {
+  JawClip clip = make_jaw_clip(14);
+  for (std::size_t i = 0; i < clip.greys.size(); ++i) {
+    clip.pictures[i].grey = &clip.greys[i];
+    FaceFrame& face = clip.faces[i];
+    face.pose_given = pose_given;
+    const Vec3d off(0.03 * std::cos(2.4 * double(i)), 0.04 * std::sin(1.7 * double(i)), 0);
+    face.state.cam_from_head.linear() = turn_from_vector(off) * face.state.cam_from_head.linear();
+  }
+  EXPECT_TRUE(refine(clip));
+  double sum = 0;
+  for (std::size_t i = 0; i < clip.truth.size(); ++i) {
+    const Mat3d off =
+        clip.faces[i].state.cam_from_head.linear() * clip.truth[i].cam_from_head.linear().transpose();
+    sum += vector_from_turn(off).squaredNorm();
+  }
+  return std::sqrt(sum / double(clip.truth.size())) * 180 / std::numbers::pi;
+}
+
+TEST(Photometric, APoseByLandmarksYieldsAndADenseOneHolds) {
+  const double dense = turn_error_after(true), landmarks = turn_error_after(false);
+  EXPECT_GT(dense, 1.7);
+  EXPECT_LT(landmarks, 0.6 * dense);
 }
 
 TEST(Photometric, HeldOutPicturesInfluenceNoTrainingFrame) {
