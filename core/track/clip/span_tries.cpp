@@ -21,7 +21,6 @@ constexpr double kSameFace = 0.3;      // overlap of the detector's box with the
 constexpr double kUnlikeOthers = 0.4;  // unlike the face elsewhere: judge_frame's own limit
 constexpr int kFewLooks = 4, kFewPictures = 5;
 constexpr int kNearFrames = 3;    // that were read: a neighbour in time that steadies
-constexpr double kCertain = 0.2;  // of the dense poses' hold: what photometric.cpp gives landmark poses
 // What is equal in verdict must be nearer by this to be taken: of noise alone nothing changes.
 constexpr double kNearerGood = 0.7, kNearerWeak = 0.95, kSamePicture = 1.02;
 // Plainly more like the face elsewhere: then landmarks, which jump where the net did, may say a little less.
@@ -129,7 +128,8 @@ FramePull SpanFitter::own_pull(const SpanTry& found) const {
   const PhotometricOptions usual;
   FramePull pull;
   pull.cam_from_head = found.state.cam_from_head;
-  pull.turn_weight = kCertain * usual.turn_hold, pull.shift_weight = kCertain * usual.shift_hold;
+  pull.turn_weight = usual.hold_among_dense * usual.turn_hold;
+  pull.shift_weight = usual.hold_among_dense * usual.shift_hold;
   pull.expression = found.state.expression, pull.jaw = found.state.jaw;
   pull.expression_weight = usual.own_hold, pull.jaw_weight = 2 * usual.own_hold;
   return pull;

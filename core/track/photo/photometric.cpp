@@ -34,6 +34,8 @@ class ClipRefiner {
         pictures_(pictures),
         options_(options),
         faces_(faces),
+        landmark_hold_(std::ranges::any_of(faces, &FaceFrame::pose_given) ? options.hold_among_dense
+                                                                          : options.hold_without_dense),
         surface_(face_surface(model, person)) {
     for (const FaceFrame& f : faces) given_.push_back(f.state);
     for (std::size_t i = 0; i < faces.size(); ++i)
@@ -104,8 +106,9 @@ class ClipRefiner {
     const FaceFrame& own = before[i];
     FramePull pull;
     pull.cam_from_head = given_[i].cam_from_head;
-    pull.turn_weight = own.pose_given ? options_.turn_hold : options_.landmark_turn_hold;
-    pull.shift_weight = own.pose_given ? options_.shift_hold : options_.landmark_shift_hold;
+    const double certain = own.pose_given ? 1 : landmark_hold_;
+    pull.turn_weight = certain * options_.turn_hold;
+    pull.shift_weight = certain * options_.shift_hold;
     pull.expression = Eigen::VectorXd::Zero(own.state.expression.size());
     if (own.held_out) {
       pull.expression = given_[i].expression;
@@ -198,6 +201,7 @@ class ClipRefiner {
   const std::vector<PhotometricFrame>& pictures_;
   const PhotometricOptions& options_;
   std::vector<FaceFrame>& faces_;
+  const double landmark_hold_;
   const FaceSurface surface_;
   std::vector<FaceState> given_;
   std::vector<std::size_t> training_;

@@ -1,5 +1,5 @@
 // The head track refined on the pictures themselves: albedo and light of the face from training frames, then
-// pose (tight), jaw and expression of every frame by the photometric error, landmarks and the usual priors.
+// pose (tight where it is a dense one), jaw and expression of every frame by the photometric error, landmarks and the usual priors.
 //
 // Grey pictures decide; display-referred values are linearised inside (lighting.h). Held-out frames take no
 // part in what is shared and are fitted to it on their own picture, without neighbours.
@@ -25,8 +25,9 @@ struct PhotometricOptions {
       1.5;  // factor on the landmarks' sigma: pictures now give the same information, more precisely
   double turn_hold = 3000;    // per rad, towards the dense pose, which is accurate to a fraction of a pixel
   double shift_hold = 10000;  // per m
-  // The same towards a landmark pose, where there is no dense one: it is off by a degree and 5 mm.
-  double landmark_turn_hold = 60, landmark_shift_hold = 200;
+  // Shares of both, towards a pose by landmarks: of a frame among others with dense poses, and of a clip
+  // without any, whose heads only the pictures can place more precisely.
+  double hold_among_dense = 0.2, hold_without_dense = 0.02;
   double expression_change = 4;  // first difference between training frames, per unit
   double own_hold = 2;           // of a held-out frame's expression towards its landmark fit, per unit
   int spacing = 1;  // frame numbers from one frame to the next (frame_spacing.h); 0: none has a neighbour
