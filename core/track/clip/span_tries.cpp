@@ -20,7 +20,7 @@ constexpr double kFacePull = 2;                              // to the expressio
 constexpr double kSameFace = 0.3;      // overlap of the detector's box with the expected one
 constexpr double kUnlikeOthers = 0.4;  // unlike the face elsewhere: judge_frame's own limit
 constexpr int kFewLooks = 4, kFewPictures = 5;
-constexpr int kNearFrames = 3;    // that were read: a neighbour in time that steadies
+constexpr int kNearFrames = 3;  // that were read: a neighbour in time that steadies
 // What is equal in verdict must be nearer by this to be taken: of noise alone nothing changes.
 constexpr double kNearerGood = 0.7, kNearerWeak = 0.95, kSamePicture = 1.02;
 // Plainly more like the face elsewhere: then landmarks, which jump where the net did, may say a little less.

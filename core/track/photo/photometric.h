@@ -1,5 +1,6 @@
 // The head track refined on the pictures themselves: albedo and light of the face from training frames, then
-// pose (tight where it is a dense one), jaw and expression of every frame by the photometric error, landmarks and the usual priors.
+// pose (tight where it is a dense one), jaw and expression of every frame by the photometric error, landmarks
+// and the usual priors.
 //
 // Grey pictures decide; display-referred values are linearised inside (lighting.h). Held-out frames take no
 // part in what is shared and are fitted to it on their own picture, without neighbours.
