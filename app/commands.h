@@ -21,6 +21,7 @@ void add_track_study(CLI::App& study, int& exit_code);
 void add_camera_study(CLI::App& study, int& exit_code);
 void add_face_study(CLI::App& study, int& exit_code);
 void add_kind_study(CLI::App& study, int& exit_code);
+void add_beyond_study(CLI::App& study, int& exit_code);
 void add_bench_command(CLI::App& program, int& exit_code);
 void add_record_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);

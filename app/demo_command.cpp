@@ -140,6 +140,14 @@ void add_demo_command(CLI::App& program, int& exit_code) {
                  "The head turns already while the camera moves, as nobody should film");
   verb->add_flag("--habit", a->options.habit,
                  "Now and then the person puffs one cheek, which no expression of a head model carries");
+  verb->add_option("--head-within", a->options.head_within_deg,
+                   "The head turns at most this far from its rest, °")
+      ->check(CLI::Range(0.1, kWidestTurn_deg))
+      ->capture_default_str();
+  verb->add_option("--action-share", a->options.action_share,
+                   "At most this share of each action of the face is performed, lids included")
+      ->check(CLI::Range(0.01, 1.0))
+      ->capture_default_str();
   add_fault_options(*verb, *a);
   verb->add_option("--samples", a->options.samples_per_pixel, "Rays per pixel")->check(CLI::Range(1, 64));
   CLI::Option* maps = verb->add_option(

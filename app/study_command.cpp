@@ -220,6 +220,7 @@ void add_study_command(CLI::App& program, int& exit_code) {
   add_camera_study(*study, exit_code);
   add_face_study(*study, exit_code);
   add_kind_study(*study, exit_code);
+  add_beyond_study(*study, exit_code);
 }
 
 }  // namespace likeness::app

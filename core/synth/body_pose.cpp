@@ -71,7 +71,8 @@ BodyPose body_pose(const DemoOptions& options, const HeadShape& shape, double fr
   // In the first part it returns to rest before the second begins; where there is no second, it need not.
   const bool returns = m.walking && options.camera == DemoCamera::guided;
   const double end = returns ? ease((1 - m.share) / 0.08) : 1;
-  const double start = ease((m.cycle + m.phase) / 0.08) * end, p = kCycle * m.phase;
+  const double within = std::min(1.0, options.head_within_deg / kWidestTurn_deg);
+  const double start = within * ease((m.cycle + m.phase) / 0.08) * end, p = kCycle * m.phase;
   // From cycle to cycle the turns come together differently. The guided film keeps its steps there.
   const double c = options.camera == DemoCamera::guided ? m.cycle : m.cycle + m.phase;
   const Vec3d neck = shape.joints[kNeck].cast<double>();

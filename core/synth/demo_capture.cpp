@@ -74,6 +74,15 @@ Result<void> check_cast(const DemoOptions& o) {
     return bad_option(fmt::format("There is no demo light {}.", o.light),
                       fmt::format("Choose 0 to {}; `likeness demo --list` lists them.", lights - 1));
   }
+  if (!(o.head_within_deg > 0)) {
+    return bad_option(
+        fmt::format("A head that turns by at most {} degrees cannot be played.", o.head_within_deg),
+        "Choose more than 0 degrees.");
+  }
+  if (!(o.action_share > 0 && o.action_share <= 1)) {
+    return bad_option(fmt::format("A face cannot perform {} of each action.", o.action_share),
+                      "Choose a share up to 1.");
+  }
   return {};
 }
 

@@ -21,6 +21,9 @@ enum class DemoWall {
   textured    // the same wall with plaster on it
 };
 
+// How far the head turns in the whole performance: 30 degrees to the side with 12 up or down.
+inline constexpr double kWidestTurn_deg = 32.1;
+
 struct DemoOptions {
   int width = 512, height = 512;
   int frames = 240;
@@ -33,6 +36,9 @@ struct DemoOptions {
   int seed = 0;
   bool habit =
       false;  // now and then one cheek is puffed, independent of the expression (PersonalPlay::habit)
+  // A performance that leaves out what an avatar is later asked for (core/lab/beyond).
+  double head_within_deg = kWidestTurn_deg;  // the head turns at most this far from its rest, > 0
+  double action_share = 1;                   // of each action of the face, lids included, (0, 1]
 
   // The faults of films that people have already, instead of those that they are asked to make.
   DemoCamera camera = DemoCamera::guided;

@@ -111,7 +111,7 @@ struct DemoStage::Impl {
   }
   std::vector<Vec3f> room_seen(const Camera& camera, int samples, std::stop_token stop) const;
   bool rest_on(const Camera& camera, std::stop_token stop);
-  DemoFrame film_at_once(int frame, std::stop_token stop);
+  DemoFrame film_at_once(const Shot& shot, bool resting, std::stop_token stop);
   DemoFrame film_in_layers(int frame, std::stop_token stop);
   std::vector<double> exposures(int frame) const;
   bool expose(int frame, double later_s, float share, FilmLayers& sum, std::stop_token stop);
@@ -158,15 +158,18 @@ const std::vector<DemoShot>& DemoStage::shots() const { return impl_->shots; }
 
 DemoFrame DemoStage::film(int frame, std::stop_token stop) {
   const bool in_layers = impl_->options.drift || impl_->options.motion_blur;
-  return in_layers ? impl_->film_in_layers(frame, stop) : impl_->film_at_once(frame, stop);
+  return in_layers ? impl_->film_in_layers(frame, stop)
+                   : impl_->film_at_once(impl_->shot(frame), impl_->rests(frame), stop);
 }
 
-DemoFrame DemoStage::Impl::film_at_once(int frame, std::stop_token stop) {
+DemoFrame DemoStage::film(const Shot& shot, std::stop_token stop) {
+  return impl_->film_at_once(shot, false, stop);
+}
+
+DemoFrame DemoStage::Impl::film_at_once(const Shot& shot, bool resting, std::stop_token stop) {
   const DemoOptions& o = options;
   DemoFrame result{Image8(o.width, o.height, 3), Image8(o.width, o.height, 1), true};
-  const Shot shot = this->shot(frame);
   person.pose(shot, stop);
-  const bool resting = rests(frame);
   if (stop.stop_requested() || (resting && !rest_on(shot.camera, stop))) {
     result.complete = false;
     return result;
@@ -287,6 +290,15 @@ std::optional<Image8> DemoStage::film_room(int frame, std::stop_token stop) {
   blur_layer(room, width, height, drift.room_blur_px);
   Image8 picture(width, height, 3);
   for (std::size_t i = 0; i < room.size(); ++i) put(drift.gain.cwiseProduct(room[i]), &picture.data[3 * i]);
+  return picture;
+}
+
+std::optional<Image8> DemoStage::film_room(const Camera& camera, std::stop_token stop) {
+  const Impl& me = *impl_;
+  const std::vector<Vec3f> room = me.room_seen(camera, std::max(1, me.options.samples_per_pixel), stop);
+  if (stop.stop_requested()) return std::nullopt;
+  Image8 picture(me.options.width, me.options.height, 3);
+  for (std::size_t i = 0; i < room.size(); ++i) put(room[i], &picture.data[3 * i]);
   return picture;
 }
 

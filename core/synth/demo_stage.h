@@ -35,9 +35,13 @@ class DemoStage {
   std::vector<Vec3f> posed(const Shot& shot) const;  // (V) the true vertices in the head frame, m
   // Not thread-safe; parallel inside. Frames of a resting camera share the picture of the room.
   DemoFrame film(int frame, std::stop_token stop);
+  // What nobody filmed: any camera and articulation, sharp and in the light of the film. The camera has the
+  // options' size.
+  DemoFrame film(const Shot& shot, std::stop_token stop);
   // The room alone as that frame's camera sees it, with that frame's exposure and focus; nullopt when
   // stopped.
   std::optional<Image8> film_room(int frame, std::stop_token stop);
+  std::optional<Image8> film_room(const Camera& camera, std::stop_token stop);
 
  private:
   struct Impl;

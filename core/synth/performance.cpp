@@ -21,11 +21,12 @@ constexpr double kDegree = std::numbers::pi / 180;
 struct Cast {
   const HeadModel& model;
   Articulation& articulation;
+  double share = 1;
   void act(const std::string& name, double amount) const {
     for (const NamedAction& action : model.actions) {
       if (action.name != name) continue;
-      articulation.expression += float(amount) * action.expression;
-      articulation.jaw += float(amount) * action.jaw;
+      articulation.expression += float(share * amount) * action.expression;
+      articulation.jaw += float(share * amount) * action.jaw;
     }
   }
   void both(const std::string& name, double amount, double lopsided = 0) const {
@@ -182,7 +183,7 @@ Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& 
   }
 
   // -- Face
-  const Cast cast{model, shot.articulation};
+  const Cast cast{model, shot.articulation, options.action_share};
   if (m.walking) {
     first_part(cast, m, seed);
   } else if (m.finale >= 0) {
