@@ -93,6 +93,7 @@ Result<void> run_fit(const StageContext& context) {
   RefitWork work{*capture, *cameras, *model, {}, first_track_hash(context.project)};
   work.options.predictor = inputs.landmark_model;
   work.options.shots = spans_where_cut(*capture);
+  work.options.part = frames_of_seconds(*capture);
   work.options.kept = decoded_path(context.project);
   work.fitted = first_track_is_there(context, *model, work.fit_inputs);
   context.record.track_inputs = work.fitted ? work.fit_inputs : "";
