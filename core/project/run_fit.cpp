@@ -20,6 +20,7 @@
 #include "core/project/staleness.h"
 #include "core/track/clip/track_clip.h"
 #include "core/track/kept_frames.h"
+#include "core/track/points/judge_scale.h"
 
 namespace likeness {
 
@@ -127,6 +128,8 @@ Result<void> run_fit(const StageContext& context) {
         "The camera moved too little to give distances in metres; for a better avatar walk a wider arc "
         "round the head.");
   }
+  if (const std::string doubt = scale_warning(*track, *cameras); !doubt.empty())
+    context.record.warnings.push_back(doubt);
   if (!track->rest.warning.empty() && !is_further(context.project))
     context.record.warnings.push_back(track->rest.warning);
   drop_clip_frames(decoded_path(context.project));
