@@ -40,6 +40,7 @@ struct Solver {
   double focal_sigma = 0;
   std::vector<Solving> frames;
   std::vector<std::size_t> training;  // ascending; into frames
+  std::stop_token stop;               // whoever passes frames over for it returns what is of no use
 
   std::vector<GreyPicture> pyramid(const Solving& frame) const {
     return grey_pyramid(grey_picture(*frame.given->grey, frame.given->person, kSpoiltRim), levels);
@@ -135,7 +136,7 @@ std::size_t first_frame(const Solver& solver) {
 }
 
 // Aligns the training frames one after the other to a mosaic that grows with them.
-Result<void> place_along(Solver& solver, const Progress& progress, std::stop_token stop) {
+Result<void> place_along(Solver& solver, const Progress& progress) {
   GrowingMosaic mosaic(solver.reference, solver.levels);
   const std::size_t count = solver.training.size(), first = first_frame(solver);
   std::size_t done = 0;
@@ -154,7 +155,7 @@ Result<void> place_along(Solver& solver, const Progress& progress, std::stop_tok
     HandheldView added = origin.view;
     std::size_t waiting = 0;
     for (std::size_t i = first; ahead ? ++i < count : i-- > 0;) {
-      if (stop.stop_requested()) return cancelled_error();
+      if (solver.stop.stop_requested()) return cancelled_error();
       Solving& frame = solver.frames[solver.training[i]];
       if (frame.background < kLeastBackground) continue;
       const auto picture = solver.pyramid(frame);
@@ -257,6 +258,7 @@ double realign(Solver& solver, const ViewTarget& target) {
   parallel_for(next.size(), [&](std::size_t i) {
     const Solving& frame = solver.frames[solver.training[i]];
     next[i] = frame.aligned;
+    if (solver.stop.stop_requested()) return;
     if (frame.background < kLeastBackground) return;
     const auto picture = solver.pyramid(frame);
     ViewPrior prior = solver.prior();
@@ -316,7 +318,7 @@ void place_held_out(Solver& solver, const ViewTarget& target) {
                       to = after ? after->aligned : before->aligned;
     Trail trail;
     trail.last = from;
-    for (std::size_t i = begin; i < end; ++i) {
+    for (std::size_t i = begin; i < end && !solver.stop.stop_requested(); ++i) {
       Solving& frame = solver.frames[i];
       auto starts = trail.starts();
       AlignedView between = from;
@@ -380,12 +382,12 @@ ChosenModel choose_model(const Solver& solver) {
   const PlacedPairs placed = placed_pairs(solver);
   if (placed.pairs.empty()) return chosen;
   const auto fits = [&](double focal, bool shifts) {
-    return fit_pairs(placed.pictures, placed.pairs, {focal, shifts});
+    return fit_pairs(placed.pictures, placed.pairs, {focal, shifts}, solver.stop);
   };
   const PairFits as_is = fits(1, false);
   PairLens lens;
   if (solver.options.lens_sigma > 0)
-    lens = lens_of_pairs(placed.pictures, placed.pairs, solver.options.lens_sigma);
+    lens = lens_of_pairs(placed.pictures, placed.pairs, solver.options.lens_sigma, solver.stop);
   PairFits turning = as_is;
   if (lens.sigma < kLensSigma) {
     turning = fits(lens.focal, false);
@@ -481,7 +483,7 @@ HandheldSolve summarised(const Solver& solver) {
     told += camera.parts >= kPartsToTell;
   }
   const PlacedPairs placed = placed_pairs(solver);
-  const PairFits fits = fit_pairs(placed.pictures, placed.pairs, {1, solver.shifts});
+  const PairFits fits = fit_pairs(placed.pictures, placed.pairs, {1, solver.shifts}, solver.stop);
   for (const double misfit : fits.misfit_px) {
     if (misfit < 0) continue;
     misfits.push_back(misfit);
@@ -543,12 +545,12 @@ Result<Solver> prepared(std::span<const HandheldFrame> given, const Intrinsics& 
 }  // namespace
 
 // Rebuilds the mosaic and aligns to it, until nothing moves more.
-Result<void> close_rounds(Solver& solver, const Progress& progress, std::stop_token stop) {
+Result<void> close_rounds(Solver& solver, const Progress& progress) {
   for (int round = 0; round < solver.options.rounds; ++round) {
-    if (stop.stop_requested()) return cancelled_error();
     centre_views(solver);
     const ViewTarget target = rebuild_mosaic(solver);
     const double moved = realign(solver, target);
+    if (solver.stop.stop_requested()) return cancelled_error();
     progress.report(double(round + 1) / solver.options.rounds, fmt::format("round {}", round + 1));
     constexpr double kStill = 0.03;  // px
     if (moved < kStill) break;
@@ -557,10 +559,9 @@ Result<void> close_rounds(Solver& solver, const Progress& progress, std::stop_to
 }
 
 // Every training frame's view, from nothing.
-Result<void> settle(Solver& solver, const Progress& progress, std::stop_token stop) {
-  if (auto placed = place_along(solver, progress.stage(0, 0.6, "background"), stop); !placed)
-    return placed.error();
-  return close_rounds(solver, progress.stage(0.6, 1, "background"), stop);
+Result<void> settle(Solver& solver, const Progress& progress) {
+  if (auto placed = place_along(solver, progress.stage(0, 0.6, "background")); !placed) return placed.error();
+  return close_rounds(solver, progress.stage(0.6, 1, "background"));
 }
 
 Result<HandheldSolve> solve_handheld(std::span<const HandheldFrame> frames, const Intrinsics& reference,
@@ -569,25 +570,28 @@ Result<HandheldSolve> solve_handheld(std::span<const HandheldFrame> frames, cons
   auto prepared_solver = prepared(frames, reference, options);
   if (!prepared_solver) return prepared_solver.error();
   Solver& solver = *prepared_solver;
-  if (auto placed = settle(solver, progress.stage(0, 0.45, "background"), stop); !placed)
-    return placed.error();
+  solver.stop = stop;
+  if (auto placed = settle(solver, progress.stage(0, 0.45, "background")); !placed) return placed.error();
+  progress.report(0.45, "lens");
   const ChosenModel model = choose_model(solver);
+  if (stop.stop_requested()) return cancelled_error();
   const Progress again = progress.stage(0.5, 0.9, "camera's turns");
   if (model.shifts) {
     solver.shifts = true;
     for (Solving& frame : solver.frames) frame.aligned = {}, frame.placed = false;
-    if (auto placed = settle(solver, again, stop); !placed) return placed.error();
+    if (auto placed = settle(solver, again); !placed) return placed.error();
   } else if (model.focal != 1) {
     solver.reference.fx *= model.focal, solver.reference.fy *= model.focal;
     solver.focal_sigma = model.focal_sigma;
     for (Solving& frame : solver.frames)
       frame.aligned.view = with_longer_lens(frame.aligned.view, model.focal);
-    if (auto closed = close_rounds(solver, again, stop); !closed) return closed.error();
+    if (auto closed = close_rounds(solver, again); !closed) return closed.error();
   }
-  if (stop.stop_requested()) return cancelled_error();
+  progress.report(0.9, "held-out frames");
   fill_gaps(solver);
   place_held_out(solver, rebuild_mosaic(solver));
   HandheldSolve solve = summarised(solver);
+  if (stop.stop_requested()) return cancelled_error();
   progress.report(1);
   return solve;
 }

@@ -321,6 +321,7 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   reader->show_part(film);
+  if (!stretches.empty()) reader->start_at(stretches.front().first), reader->end_at(stretches.back().last);
   const VideoInfo info = reader->info();
   MotionMeter meter(info, video, person, rest_px_per_1000);
   int count = 0;

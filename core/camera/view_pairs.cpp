@@ -98,12 +98,14 @@ std::vector<ViewPair> distant_pairs(const Intrinsics& reference, std::span<const
   return pairs;
 }
 
-PairFits fit_pairs(const PairPictures& pictures, std::span<const ViewPair> pairs, const PairModel& model) {
+PairFits fit_pairs(const PairPictures& pictures, std::span<const ViewPair> pairs, const PairModel& model,
+                   std::stop_token stop) {
   PairFits fits;
   fits.nats.resize(pairs.size());
   fits.shift_px.resize(pairs.size());
   fits.misfit_px.resize(pairs.size());
   parallel_for(pairs.size(), [&](std::size_t i) {
+    if (stop.stop_requested()) return;
     const FittedPair fitted = fit_pair(pictures, pairs[i], model);
     const AlignedView& at = fitted.aligned;
     fits.nats[i] = fitted.nats;
@@ -113,7 +115,8 @@ PairFits fit_pairs(const PairPictures& pictures, std::span<const ViewPair> pairs
   return fits;
 }
 
-PairLens lens_of_pairs(const PairPictures& pictures, std::span<const ViewPair> pairs, double prior_sigma) {
+PairLens lens_of_pairs(const PairPictures& pictures, std::span<const ViewPair> pairs, double prior_sigma,
+                       std::stop_token stop) {
   std::vector<ViewPair> wide;
   for (const ViewPair& pair : pairs)
     if (pair.wide) wide.push_back(pair);
@@ -125,7 +128,7 @@ PairLens lens_of_pairs(const PairPictures& pictures, std::span<const ViewPair> p
   if (median(turns) < kLeastTurn) return {};
   const auto cost = [&](double log_focal) {
     double sum = 0.5 * log_focal * log_focal / (prior_sigma * prior_sigma);
-    for (const double nats : fit_pairs(pictures, wide, {std::exp(log_focal), false}).nats) sum += nats;
+    for (const double nats : fit_pairs(pictures, wide, {std::exp(log_focal), false}, stop).nats) sum += nats;
     return sum;
   };
   // Three places that a parabola goes through; halved towards the lowest.
@@ -140,7 +143,8 @@ PairLens lens_of_pairs(const PairPictures& pictures, std::span<const ViewPair> p
       step /= 2;
       if (step > 0.02) below = cost(middle - step), above = cost(middle + step);
     }
-    if (std::abs(middle) > 0.7) return {};  // half or twice as long: nothing was found
+    if (stop.stop_requested() || std::abs(middle) > 0.7)
+      return {};  // half or twice as long: nothing was found
   }
   if (curvature <= 0) return {};
   const double bend = above - 2 * at + below;

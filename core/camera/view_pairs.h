@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "core/camera/grey_pyramid.h"
@@ -46,16 +47,19 @@ struct PairFits {
   std::vector<double> misfit_px;  // by how much parts of the picture lie elsewhere than the model says, as in
                                   // AlignedView
 };
-PairFits fit_pairs(const PairPictures& pictures, std::span<const ViewPair> pairs, const PairModel& model);
+// Once a stop is requested, the pairs that are left are passed over: the fits are then of no use.
+PairFits fit_pairs(const PairPictures& pictures, std::span<const ViewPair> pairs, const PairModel& model,
+                   std::stop_token stop = {});
 
 // The focal length, in units of the reference's, that explains the wide pairs best.
 struct PairLens {
   double focal = 1;
   double sigma = 1;  // standard deviation of its logarithm, by the pictures alone
 };
-// {1, 1} where no pair turns by a degree. prior_sigma: of the logarithm of the true focal length over the
-// reference's.
-PairLens lens_of_pairs(const PairPictures& pictures, std::span<const ViewPair> pairs, double prior_sigma);
+// {1, 1} where no pair turns by a degree, and once a stop is requested. prior_sigma: of the logarithm of the
+// true focal length over the reference's.
+PairLens lens_of_pairs(const PairPictures& pictures, std::span<const ViewPair> pairs, double prior_sigma,
+                       std::stop_token stop = {});
 
 // The view of another reference, `focal` times as long, that maps the middle of a picture as `view` does.
 HandheldView with_longer_lens(const HandheldView& view, double focal);

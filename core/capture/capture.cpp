@@ -72,6 +72,12 @@ PixelRect rect_from_json(const json& j, const char* key) {
           at->at("height_px").get<int>()};
 }
 
+ClipSeconds seconds_from_json(const json& j) {
+  const auto at = j.find("seconds");
+  if (at == j.end()) return {};
+  return {at->at("from_s").get<double>(), at->at("to_s").get<double>()};
+}
+
 Capture capture_from_json(const json& j) {
   Capture c;
   c.video = j.at("video").get<std::string>();
@@ -87,6 +93,7 @@ Capture capture_from_json(const json& j) {
   const auto split = split_named(j.at("split").get<std::string>());
   if (!split) throw json::other_error::create(501, "there is no such split", &j.at("split"));
   c.split = *split;
+  c.seconds = seconds_from_json(j);
   c.warnings = j.at("warnings").get<std::vector<std::string>>();
   for (const json& frame : j.at("frames")) c.frames.push_back(frame_from_json(frame));
   c.shots = shots_from_json(j, c.frames);
@@ -104,6 +111,9 @@ std::string contradiction(const Capture& c) {
   if (c.width <= 0 || c.height <= 0 || c.crop.side <= 0 || c.size <= 0) return "a size in it is not positive";
   if (!lies_within(c.film, c.width, c.height)) return "the film does not lie in its picture";
   if (!lies_within(c.inside, c.size, c.size)) return "the filmed part of its pictures does not lie in them";
+  if (c.seconds.from_s < 0 || c.seconds.to_s < 0 ||
+      (c.seconds.to_s > 0 && c.seconds.to_s <= c.seconds.from_s))
+    return "its seconds end before they begin";
   for (std::size_t i = 0; i < c.frames.size(); ++i) {
     if (c.frames[i].frame < 0 || (i > 0 && c.frames[i].frame <= c.frames[i - 1].frame)) {
       return "its frames are not in ascending order";
@@ -143,13 +153,18 @@ std::vector<FrameSpan> used_spans(const Capture& capture, bool joined) {
     after = std::size_t(std::ranges::upper_bound(capture.frames, shot.last, {}, &CaptureFrame::frame) -
                         capture.frames.begin());
   }
-  if (spans.size() == 1 && !capture.frames.empty() && spans[0].first <= capture.frames.front().frame &&
-      spans[0].last >= capture.frames.back().frame)
+  if (capture.seconds.whole() && spans.size() == 1 && !capture.frames.empty() &&
+      spans[0].first <= capture.frames.front().frame && spans[0].last >= capture.frames.back().frame)
     spans.clear();
   return spans;
 }
 
 }  // namespace
+
+std::optional<FrameSpan> frames_of_seconds(const Capture& capture) {
+  if (capture.seconds.whole() || capture.frames.empty()) return std::nullopt;
+  return FrameSpan{capture.frames.front().frame, capture.frames.back().frame};
+}
 
 std::vector<FrameSpan> spans_where_cut(const Capture& capture) { return used_spans(capture, false); }
 std::vector<FrameSpan> stretches_that_serve(const Capture& capture) { return used_spans(capture, true); }
@@ -187,6 +202,8 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
       {"warnings", capture.warnings},
       {"shots", shots},
       {"frames", frames}};
+  if (!capture.seconds.whole())
+    document["seconds"] = {{"from_s", capture.seconds.from_s}, {"to_s", capture.seconds.to_s}};
   if (!capture.film.empty()) document["film"] = to_json(capture.film);
   if (!capture.inside.empty()) document["inside"] = to_json(capture.inside);
   // A file name need not be valid UTF-8; the odd byte is replaced rather than refused.

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/clip_seconds.h"
 #include "core/base/frame_span.h"
 #include "core/base/progress.h"
 #include "core/base/result.h"
@@ -57,6 +58,7 @@ struct Capture {
   // rest: it is not learnt from, not scored and not shown.
   PixelRect inside;
   Split split = Split::tail;
+  ClipSeconds seconds{};  // of the video that were read: nothing else of it is looked at
   std::vector<std::string> warnings;
   std::vector<CaptureFrame> frames;  // every frame read (core/video/decode.h: sampled), ascending
   // In order, at least one where there are frames. Frames between two belong to a dissolve or fade.
@@ -64,7 +66,10 @@ struct Capture {
 };
 
 std::set<int> held_out_frames(const Capture& capture);
-// The spans of the used shots; empty where the clip is one shot from its first frame to its last.
+// The first and the last frame read, where only some seconds were; nullopt: the whole clip.
+std::optional<FrameSpan> frames_of_seconds(const Capture& capture);
+// The spans of the used shots; empty where the clip is one shot from its first frame to its last, and was
+// read as a whole.
 std::vector<FrameSpan> spans_where_cut(const Capture& capture);
 // The same for who does not mind a cut in place: shots that follow each other are one.
 std::vector<FrameSpan> stretches_that_serve(const Capture& capture);
@@ -89,6 +94,7 @@ struct ImportOptions {
   std::optional<FrameSpan> moving;  // the frames that a moving camera filmed; needed for Split::views
   double blur_ratio = 0.5;          // a frame is refused below this share of its neighbours' median sharpness
   std::filesystem::path landmark_model;  // as landmark_source takes it
+  ClipSeconds seconds{};                 // of the video that are read; whole: of photographs
   // Bytes that decoded frames may take between the two looks at the clip; where they would take more, it is
   // decoded a second time. nullopt: a third of what is free.
   std::optional<std::uint64_t> memory{};

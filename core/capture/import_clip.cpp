@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -58,13 +59,18 @@ Error refused(ErrorCode code, const fs::path& video, std::string what, std::stri
 
 // The faces of the frames sampled in the shots that serve, or why the clip cannot be used.
 Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const std::vector<ClipShot>& shots,
-                                        const fs::path& video) {
+                                        const ClipSeconds& seconds, const fs::path& video) {
   if (const std::string counted = counted_words(shots);
       scan.frames.size() < kFewestFrames && !counted.empty())
     return refused(ErrorCode::bad_input, video,
                    fmt::format("{} These are {} frames; at least {} are needed.", counted, scan.frames.size(),
                                kFewestFrames),
                    "Choose a film with a longer stretch without cuts.");
+  if (scan.frames.size() < kFewestFrames && !seconds.whole())
+    return refused(ErrorCode::bad_input, video,
+                   fmt::format("The video {} has {} frames; at least {} are needed.", seconds_words(seconds),
+                               scan.frames.size(), kFewestFrames),
+                   "Choose a longer stretch of it.");
   if (scan.frames.size() < kFewestFrames) {
     return is_photos(video) ? refused(ErrorCode::bad_input, video,
                                       fmt::format("The folder has {} photographs; at least {} are needed.",
@@ -108,13 +114,14 @@ std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& 
   }
   if (const std::string counted = counted_words(capture.shots); !counted.empty())
     warnings.push_back(counted +
-                       " To use more of it, cut the film where it is cut and add its parts as further clips: "
-                       "likeness clips PROJECT --add PART.");
+                       " To use more of it, add other seconds of it as a further clip: "
+                       "likeness clips PROJECT --add CLIP --from SECOND --to SECOND.");
   if (const int stride = sampling_stride(scan.info); stride > 1) {
-    warnings.push_back(fmt::format(
-        "The clip has about {} frames at {:.0f} a second; one in {} is used. A minute at 30 frames "
-        "a second is enough.",
-        scan.info.frame_count, scan.info.frames_per_second, stride));
+    warnings.push_back(fmt::format("The clip has about {} frames at {:.0f} a second; one in {} is used. {}",
+                                   scan.info.frame_count, scan.info.frames_per_second, stride,
+                                   capture.seconds.whole()
+                                       ? "A minute at 30 frames a second is enough."
+                                       : "To use them all, cut the seconds out into a film of their own."));
   }
   const std::size_t looks = scan.samples.size();
   if (double(faces) < kFaceShareWarned * double(looks)) {
@@ -267,7 +274,7 @@ void put_serving(const std::vector<CaptureFrame>& serving, Capture& capture) {
 Result<Capture> make_capture(const fs::path& video, const ClipScan& whole, Capture capture,
                              const VideoInfo& info, const ImportOptions& options) {
   auto [scan, repeats] = serving_part(whole, spans_where_cut(capture));
-  const auto faces = judge_clip(scan, capture.shots, video);
+  const auto faces = judge_clip(scan, capture.shots, capture.seconds, video);
   if (!faces) return faces.error();
   std::error_code ignored;
   capture.video = fs::absolute(video, ignored);
@@ -373,8 +380,18 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
                     options.size, options.max_frames, options.held_out_share),
         "Use a size of 256, 512 or 1024 px, at least one frame and a share of 0 to 0.5.");
   }
+  const auto& [from_s, to_s] = options.seconds;
+  if (!std::isfinite(from_s) || !std::isfinite(to_s) || from_s < 0 || to_s < 0 ||
+      (to_s > 0 && to_s <= from_s))
+    return refused(ErrorCode::bad_input, video,
+                   fmt::format("From {:g} s to {:g} s there is nothing to read.", from_s, to_s),
+                   "Choose a second to begin with and a later one to end with.");
+  if (!options.seconds.whole() && is_photos(video))
+    return refused(ErrorCode::bad_input, video, "Photographs have no seconds.",
+                   "Put those that are to be read into a folder of their own.");
   auto reader = VideoReader::open(video, VideoPixels::both, VideoFrames::sampled);
   if (!reader) return reader.error();
+  reader->show_seconds(options.seconds);
   if (const auto writable = make_writable_folder(folder); !writable) return writable.error();
   remove_abandoned_parts(folder);
   auto detector = FaceDetector::load(options.landmark_model);
@@ -388,6 +405,7 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   reader->show_part({});
   Capture cut;
   cut.film = film;
+  cut.seconds = options.seconds;
   cut.frames = scan->frames;
   cut.shots = shots_of(*scan, film, is_photos(video));
   scan->film.clear();

@@ -46,10 +46,11 @@ constexpr double kGreySide = 512, kFitFrame = 60e3, kProgram = 250e6;
 double gigabytes(std::uint64_t bytes) { return double(bytes) / 1e9; }
 
 // How many frames are read: of a fast or long clip only every few.
-int clip_frames(const VideoInfo& clip) {
-  const int all = clip.frame_count > 0
-                      ? clip.frame_count
-                      : int(std::lround(std::max(0.0, clip.duration_s * clip.frames_per_second)));
+int clip_frames(const VideoInfo& clip, const ClipSeconds& seconds) {
+  int all = clip.frame_count > 0 ? clip.frame_count
+                                 : int(std::lround(std::max(0.0, clip.duration_s * clip.frames_per_second)));
+  if (!seconds.whole())
+    all = std::min(all, int(std::lround(length_within(seconds, clip.duration_s) * clip.frames_per_second)));
   const int stride = std::max(1, sampling_stride(clip));
   return (all + stride - 1) / stride;
 }
@@ -70,7 +71,7 @@ BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& option
   const StageInputs inputs = stage_inputs(options);
   const ImportOptions import;
   BuildForecast forecast;
-  forecast.frames = clip_frames(clip);
+  forecast.frames = clip_frames(clip, inputs.import.choices.seconds);
   const double frames = forecast.frames, source = double(clip.width) * clip.height / 1e6,
                picture = double(inputs.import.choices.size) * inputs.import.choices.size;
   const double trained = std::min((1 - import.held_out_share) * frames, double(import.max_frames)),

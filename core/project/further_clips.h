@@ -5,8 +5,10 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
+#include "core/base/clip_seconds.h"
 #include "core/base/result.h"
 #include "core/project/project.h"
 
@@ -23,12 +25,15 @@ std::filesystem::path further_clip_folder(const Project& project, int number);
 // With the choices of the project it belongs to, which follow that one's, and its own clip.
 Result<Project> open_further_clip(const Project& project, int number);
 
-// Another clip of the same person, read and tracked by the next run. Refused: the same clip twice, one that
-// cannot be read, and while another process works on the project. Returns its number.
+// Another clip of the same person, or some seconds of one, read and tracked by the next run. Refused: what
+// serves already, so that nothing counts twice and nothing that is held out is learnt from; seconds that the
+// clip does not have; a clip that cannot be read; and while another process works on the project. Returns its
+// number.
 Result<int> add_further_clip(Project& project, const std::filesystem::path& video,
-                             std::optional<CameraKind> camera = std::nullopt);
+                             std::optional<CameraKind> camera = std::nullopt,
+                             const ClipSeconds& seconds = {});
 
-// One line for lists and messages.
-std::string further_clip_name(const Project& further, int number);  // "Clip 2 (film.mp4)"
+// For lists and messages: "Clip 2 (film.mp4)", "Clip 3 (film.mp4 from 3 s to 8 s)".
+std::string further_clip_name(const Project& further, int number);
 
 }  // namespace likeness

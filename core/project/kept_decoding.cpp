@@ -182,6 +182,7 @@ struct KeptDecoding::State {
     TrackOptions options;
     options.predictor = context.inputs.fit.landmark_model;
     options.shots = spans_where_cut(capture);
+    options.part = frames_of_seconds(capture);
     const std::uint64_t bytes = kept_clip_bytes(capture.frames.size(), options);
     if (bytes > room) return;
     const PixelRect part = tracked_part(capture);

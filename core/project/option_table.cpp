@@ -23,6 +23,7 @@ constexpr OptionVerbs kNewProject{.build = true, .import = true};
 constexpr OptionVerbs kTraining{.build = true, .train = true};
 constexpr OptionVerbs kShape{.build = true, .fit = true};
 constexpr OptionVerbs kAblation{.build = true};
+constexpr double kMostSeconds = 1e6;  // of a clip
 
 std::vector<OptionRow> make_table() {
   using enum Stage;
@@ -52,6 +53,14 @@ std::vector<OptionRow> make_table() {
        .help = "What is held out to measure on: the last tenth (tail, the default), a tenth of what a moving "
                "camera filmed, in a row (views), or three tenths at random (random30)",
        .verbs = kNewProject},
+      {.key = "from_s",
+       .member = [](O& o) -> double& { return o.import.seconds.from_s; },
+       .stale = {import},
+       .range = {.low = 0, .high = kMostSeconds}},
+      {.key = "to_s",
+       .member = [](O& o) -> double& { return o.import.seconds.to_s; },
+       .stale = {import},
+       .range = {.low = 0, .high = kMostSeconds}},
       {.key = "camera_kind",
        .member = [](O& o) -> std::optional<CameraKind>& { return o.align.camera; },
        .stale = {align},

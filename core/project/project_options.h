@@ -27,6 +27,7 @@ struct SharedChoices {
 struct ImportChoices {
   int size = 256;             // px
   Split split = Split::tail;  // what is held out
+  ClipSeconds seconds{};      // of the clip that are read
 
   bool operator==(const ImportChoices&) const = default;
 };

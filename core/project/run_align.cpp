@@ -22,13 +22,13 @@ Result<void> run_align(const StageContext& context) {
   options.lens_mm = inputs.choices.lens_mm;
   options.kept = decoded_path(context.project);
   options.mask_inputs = mask_inputs(inputs);
-  std::vector<ClipShot> shots;  // of a film that was cut
+  std::vector<ClipShot> shots;  // of a film that was cut, or of which some seconds were read
   std::error_code ignored;
   const bool photographs = fs::is_directory(inputs.video, ignored) && options.kind != CameraKind::resting;
   if (const auto capture = read_capture(capture_path(context.project))) {
     options.held_out = held_out_frames(*capture), options.film = capture->film;
     options.stretches = stretches_that_serve(*capture), options.shots = spans_where_cut(*capture);
-    if (capture->shots.size() > 1) shots = capture->shots;
+    if (capture->shots.size() > 1 || !capture->seconds.whole()) shots = capture->shots;
   }
   const auto person = coarse_person_mask(
       inputs.landmark_model, photographs ? Pictures::single : Pictures::in_sequence, inputs.person_network);

@@ -20,6 +20,7 @@
 #include "core/project/staleness.h"
 #include "core/track/clip/track_clip.h"
 #include "core/track/kept_frames.h"
+#include "core/track/points/judge_scale.h"
 
 namespace likeness {
 
@@ -93,6 +94,7 @@ Result<void> run_fit(const StageContext& context) {
   RefitWork work{*capture, *cameras, *model, {}, first_track_hash(context.project)};
   work.options.predictor = inputs.landmark_model;
   work.options.shots = spans_where_cut(*capture);
+  work.options.part = frames_of_seconds(*capture);
   work.options.kept = decoded_path(context.project);
   work.fitted = first_track_is_there(context, *model, work.fit_inputs);
   context.record.track_inputs = work.fitted ? work.fit_inputs : "";
@@ -126,6 +128,8 @@ Result<void> run_fit(const StageContext& context) {
         "The camera moved too little to give distances in metres; for a better avatar walk a wider arc "
         "round the head.");
   }
+  if (const std::string doubt = scale_warning(*track, *cameras); !doubt.empty())
+    context.record.warnings.push_back(doubt);
   if (!track->rest.warning.empty() && !is_further(context.project))
     context.record.warnings.push_back(track->rest.warning);
   drop_clip_frames(decoded_path(context.project));

@@ -64,6 +64,7 @@ Result<void> run_import(const StageContext& context) {
   options.size = inputs.choices.size;
   options.landmark_model = inputs.landmark_model;
   options.split = inputs.choices.split;
+  options.seconds = inputs.choices.seconds;
   if (is_further(context.project)) options.held_out_share = 0;  // the first clip alone is measured
   KeptDecoding kept(context);
   const auto capture = import_clip(inputs.video, context.project.folder, options, kept.listeners(),
@@ -75,6 +76,8 @@ Result<void> run_import(const StageContext& context) {
   context.record.message =
       fmt::format("{} frames: {} train, {} held out, {} refused.", capture->frames.size(), used, held_out,
                   int(capture->frames.size()) - used - held_out);
+  if (!capture->seconds.whole())
+    context.record.message += fmt::format(" Read {}.", seconds_words(capture->seconds));
   context.record.warnings = capture->warnings;
   if (const auto dropped = drop_foreign_regions(context.project, *capture); !dropped) return dropped.error();
   if (const auto aside = part_from_foreign_clip(context.project, *capture, context.record.warnings); !aside)

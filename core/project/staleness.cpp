@@ -77,9 +77,10 @@ std::string person_network_text(const fs::path& choice) {
 
 std::string import_text(const Project& project, const ImportInputs& inputs) {
   const auto& [video, landmark_model, person_network, camera, choices] = inputs;
-  const auto& [size, split] = choices;
+  const auto& [size, split, seconds] = choices;
   std::string text = fmt::format("{} {}", clip_content(project, video), size);
   if (is_further(project)) text += " further";
+  if (!seconds.whole()) text += fmt::format(" seconds {}-{}", seconds.from_s, seconds.to_s);
   if (split != Split::tail) text.append(" ").append(split_name(split));
   if (split == Split::views && camera == CameraKind::resting) text += " rests";  // what such a split refuses
   // Such a split asks where the camera moves, which is measured beside the person.

@@ -342,6 +342,7 @@ Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const Tr
   auto reader = VideoReader::open(video, VideoPixels::rgb,
                                   options.every_frame ? VideoFrames::all : VideoFrames::sampled);
   if (!reader) return reader.error();
+  if (options.part) reader->start_at(options.part->first), reader->end_at(options.part->last);
   const VideoInfo info = reader->info();
   auto follower = ClipFollower::create(info, video, region, held_out, options);
   if (!follower) return follower.error();

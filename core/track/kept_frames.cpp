@@ -92,6 +92,7 @@ Result<std::string> clip_frames_inputs(const std::string& video_hash, const Trac
   std::string inputs = fmt::format("landmarks {} {} {},{} {}x{} {} {} held out {}", kFoundVersion, video_hash,
                                    region.x, region.y, region.width, region.height, options.working_size,
                                    predictor, fmt::join(held_out, ","));
+  if (options.part) inputs += fmt::format(" part {}-{}", options.part->first, options.part->last);
   if (!options.shots.empty()) inputs += " shots";
   for (const FrameSpan& shot : options.shots) inputs += fmt::format(" {}-{}", shot.first, shot.last);
   return inputs;

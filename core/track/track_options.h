@@ -31,6 +31,7 @@ struct TrackOptions {
   // nothing passed from a frame of one to a frame of another. What lies outside is lost, and costs no time.
   // Empty: the whole clip is one.
   std::vector<FrameSpan> shots{};
+  std::optional<FrameSpan> part{};  // of the clip that is read: the track has no other frames; empty: all
   std::filesystem::path predictor;  // landmark model: as landmark_source takes it
   // Where import kept what its decoding showed for this (core/track/kept_frames.h); empty: nowhere. Changes
   // no result.

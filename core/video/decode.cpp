@@ -13,6 +13,7 @@ extern "C" {
 #include <atomic>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string_view>
@@ -78,15 +79,6 @@ Error cannot_open(const std::filesystem::path& path, int error) {
                    "Choose a video as a phone records it (.mp4 or .mov).");
 }
 
-Image8 luma_of(const Image8& rgb) {
-  Image8 luma(rgb.width, rgb.height, 1);
-  for (std::size_t i = 0; i < luma.data.size(); ++i) {
-    const std::uint8_t* p = rgb.data.data() + 3 * i;
-    luma.data[i] = std::uint8_t((77 * p[0] + 150 * p[1] + 29 * p[2] + 128) >> 8);
-  }
-  return luma;
-}
-
 }  // namespace
 
 struct VideoReader::Impl {
@@ -106,8 +98,9 @@ struct VideoReader::Impl {
   AVStream* stream = nullptr;
   VideoPixels pixels = VideoPixels::rgb;
   VideoFrames frames = VideoFrames::all;
-  int stride = 1;                  // of the frames handed out
-  int first = 0;                   // of them
+  int stride = 1;                                         // of the frames handed out
+  int first = 0, last = std::numeric_limits<int>::max();  // of them
+  ClipSeconds seconds;                                    // of the film that are handed out
   FrameConverter to_rgb, to_luma;  // one each: a converter has to be set up again for another format
   Orientation orientation;
   VideoInfo info;
@@ -216,7 +209,7 @@ Result<void> VideoReader::Impl::open_photos() {
 
 Result<std::optional<VideoFrame>> VideoReader::Impl::next_photo() {
   next_index = (std::max(next_index, first) + stride - 1) / stride * stride;
-  if (std::size_t(next_index) >= photos.size()) {
+  if (std::size_t(next_index) >= photos.size() || next_index > last) {
     ended = true;
     return std::optional<VideoFrame>();
   }
@@ -230,8 +223,8 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::next_photo() {
   result.index = next_index++;
   result.time_s = last_time_s = result.index;
   if (!part.empty()) *photo = crop(*photo, part);
-  if (pixels == VideoPixels::both) result.luma = luma_of(*photo);
-  result.rgb = pixels == VideoPixels::luma ? luma_of(*photo) : std::move(*photo);
+  if (pixels == VideoPixels::both) result.luma = luma_of_photo(*photo);
+  result.rgb = pixels == VideoPixels::luma ? luma_of_photo(*photo) : std::move(*photo);
   return std::optional<VideoFrame>(std::move(result));
 }
 
@@ -370,7 +363,7 @@ void VideoReader::Impl::make_progressive(bool handed_out) {
   before = std::move(decoded);
 }
 
-// nullopt for a skipped frame.
+// nullopt for a skipped frame, and where the film has ended.
 Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   if (frame->flags & AV_FRAME_FLAG_CORRUPT || frame->decode_error_flags != 0) {
     if (cut_off || read_error != 0) return broken_off();
@@ -378,8 +371,15 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   }
   VideoFrame result;
   result.time_s = last_time_s = time_of_frame();
+  if (seconds.to_s > 0 && result.time_s > seconds.to_s - kSameSecond) {
+    ended = true;
+    av_frame_unref(frame.get());
+    return std::optional<VideoFrame>();
+  }
   result.index = next_index++;
-  const bool skipped = result.index % stride != 0 || result.index < first;
+  ended = result.index >= last;
+  const bool skipped =
+      result.index % stride != 0 || result.index < first || result.time_s < seconds.from_s - kSameSecond;
   if (interlaced) make_progressive(!skipped);
   if (skipped) {
     av_frame_unref(frame.get());
@@ -510,8 +510,7 @@ void VideoReader::show_part(const PixelRect& part) {
   LIKENESS_CHECK(part.empty() || common_part(part, whole) == part, "a part at %d, %d of %d x %d px", part.x,
                  part.y, part.width, part.height);
   reader.part = part == whole ? PixelRect{} : part;
-  reader.shown = reader.info;
-  reader.shown.width = part.width, reader.shown.height = part.height;
+  reader.shown = reader.info, reader.shown.width = part.width, reader.shown.height = part.height;
 }
 
 Result<std::optional<VideoFrame>> VideoReader::next() {
@@ -526,7 +525,7 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
       if (received == Impl::Received::end) return reader.finish();
       if (received == Impl::Received::damaged) return reader.damaged();
       auto taken = reader.take();
-      if (!taken || *taken) return taken;
+      if (!taken || *taken || reader.ended) return taken;
     }
   };
   auto result = step();
@@ -537,14 +536,19 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
 bool VideoReader::was_interlaced() const { return impl_->interlaced; }
 
 void VideoReader::start_at(int index) { impl_->first = index; }
+void VideoReader::end_at(int index) { impl_->last = index; }
+void VideoReader::show_seconds(const ClipSeconds& seconds) { impl_->seconds = seconds; }
 
 void VideoReader::keep_frames(std::uint64_t bytes) {
   Impl& reader = *impl_;
   if (!reader.photos.empty() || reader.next_index > 0) return;
   // What surely does not fit is not begun: 4:2:0 with eight bits is the least that phones write.
   constexpr double kBytesPerPixel = 1.5;
+  const VideoInfo& film = reader.info;
+  const double share =
+      film.duration_s > 0 ? length_within(reader.seconds, film.duration_s) / film.duration_s : 1;
   const double expected =
-      kBytesPerPixel * reader.info.width * reader.info.height * (reader.info.frame_count / reader.stride);
+      kBytesPerPixel * film.width * film.height * (share * film.frame_count / reader.stride);
   reader.keeping = expected <= double(bytes);
   reader.room = bytes;
 }
@@ -558,7 +562,7 @@ Result<void> VideoReader::rewind(VideoPixels pixels) {
   }
   if (reader.keeping && reader.ended && !reader.failure && !reader.replaying) {
     reader.pixels = pixels;
-    reader.first = 0;
+    reader.first = 0, reader.last = std::numeric_limits<int>::max();
     reader.ended = false;
     reader.replaying = true;
     return {};
@@ -567,6 +571,7 @@ Result<void> VideoReader::rewind(VideoPixels pixels) {
   auto again = open(reader.path, pixels, reader.frames);
   if (!again) return again.error();
   again->show_part(reader.part);
+  again->show_seconds(reader.seconds);
   *this = std::move(*again);
   return {};
 }

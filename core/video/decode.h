@@ -10,6 +10,7 @@
 #include <stop_token>
 #include <string>
 
+#include "core/base/clip_seconds.h"
 #include "core/base/result.h"
 #include "core/image/image.h"
 
@@ -72,6 +73,12 @@ class VideoReader {
   bool was_interlaced() const;
   // Frames before it are decoded, but neither converted nor delivered: a fraction of their cost.
   void start_at(int index);
+  // No frame after it is decoded: the film ends with it.
+  void end_at(int index);
+  // Before the first next(): the film is these seconds of it. Frames before them are decoded only, as by
+  // start_at, and of those after them only the first. Lasts through rewind(). Not of photographs, which have
+  // no seconds.
+  void show_seconds(const ClipSeconds& seconds);
   Result<std::optional<VideoFrame>> next();
 
   // Before the first next(): frames that are handed out stay in memory as they were decoded, so that rewind()

@@ -82,6 +82,15 @@ Result<std::string> hash_photos(const fs::path& folder) {
   return hash_text(list);
 }
 
+Image8 luma_of_photo(const Image8& rgb) {
+  Image8 luma(rgb.width, rgb.height, 1);
+  for (std::size_t i = 0; i < luma.data.size(); ++i) {
+    const std::uint8_t* p = rgb.data.data() + 3 * i;
+    luma.data[i] = std::uint8_t((77 * p[0] + 150 * p[1] + 29 * p[2] + 128) >> 8);
+  }
+  return luma;
+}
+
 Error other_size_error(const fs::path& path, const Image8& photo, int width, int height) {
   return {ErrorCode::bad_input,
           fmt::format("This photograph has {} x {} px, the first one {} x {}.", photo.width, photo.height,

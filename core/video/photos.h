@@ -15,6 +15,9 @@ Result<std::vector<std::filesystem::path>> list_photos(const std::filesystem::pa
 // RGB, upright by its orientation tag. Refuses a truncated file.
 Result<Image8> read_photo(const std::filesystem::path& path);
 
+// One channel, of an RGB picture: as a film's coded luma weighs the colours.
+Image8 luma_of_photo(const Image8& rgb);
+
 // One hash of the names and contents of all photographs.
 Result<std::string> hash_photos(const std::filesystem::path& folder);
 

@@ -64,6 +64,7 @@ Result<fs::path> make_track(const Inputs& inputs, const std::string& step, const
   TrackOptions base;
   base.predictor = inputs.project.options.shared.landmark_model;
   base.shots = spans_where_cut(inputs.capture);
+  base.part = frames_of_seconds(inputs.capture);
   const auto steps = track_steps({step}, base);
   if (!steps) return steps.error();
   const SquareCrop& crop = inputs.capture.crop;

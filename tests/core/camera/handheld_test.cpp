@@ -222,6 +222,26 @@ TEST(ViewPairs, AreFarApartAndShowTheSame) {
   EXPECT_TRUE(distant_pairs(lens, {}).empty());
 }
 
+TEST(ViewPairs, AreNotLaidOverEachOtherOnceAStopIsRequested) {
+  const SwayingClip clip = swaying_clip(sway_lens(), 16, gentle);
+  PairPictures pictures;
+  pictures.reference = clip.lens;
+  pictures.views = clip.truth;
+  for (const Image8& grey : clip.greys)
+    pictures.pyramids.push_back(grey_pyramid(grey_picture(grey, {}, 0), 3));
+  const std::vector<ViewPair> pairs{{0, 8, true}, {2, 12, true}, {4, 15, true}};
+  const auto works = [](const PairFits& fits) {
+    return std::ranges::count_if(fits.nats, [](double nats) { return nats != 0; });
+  };
+  EXPECT_EQ(works(fit_pairs(pictures, pairs, {})), 3);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(works(fit_pairs(pictures, pairs, {}, stop.get_token())), 0);
+  const PairLens lens = lens_of_pairs(pictures, pairs, 0.25, stop.get_token());
+  EXPECT_EQ(lens.focal, 1);
+  EXPECT_EQ(lens.sigma, 1);
+}
+
 TEST(Handheld, ARestingCameraRests) {
   const SwayingClip clip = swaying_clip(sway_lens(), 40, [](int) { return HandheldView(); });
   const HandheldSolve solve = solved(clip);
@@ -362,6 +382,14 @@ TEST(Handheld, StopsOnRequestAndReportsRisingProgress) {
   const auto half = solve_handheld(clip.frames(), clip.lens, {}, stopping, midway.get_token());
   ASSERT_FALSE(half.ok());
   EXPECT_EQ(half.error().code, ErrorCode::cancelled);
+  // Late, too, where frames are held out and pairs are laid over each other.
+  std::stop_source late;
+  const Progress nearly([&](const ProgressReport& report) {
+    if (report.fraction >= 0.9) late.request_stop();
+  });
+  const auto whole = solve_handheld(clip.frames(), clip.lens, {}, nearly, late.get_token());
+  ASSERT_FALSE(whole.ok());
+  EXPECT_EQ(whole.error().code, ErrorCode::cancelled);
   double last = 0;
   const Progress rising([&](const ProgressReport& report) {
     EXPECT_GE(report.fraction, last);

@@ -52,6 +52,14 @@ TEST(BuildForecast, AClipThatDoesNotSayItsFramesIsCountedByItsTime) {
   EXPECT_EQ(forecast(unknown, 256).frames, 1800);
 }
 
+TEST(BuildForecast, OfSomeSecondsTheirFramesCount) {
+  ProjectOptions options;
+  options.import.seconds = {20, 35};
+  EXPECT_EQ(forecast_build(minute(), options, head(), 2).frames, 450);
+  options.import.seconds = {50, 0};
+  EXPECT_EQ(forecast_build(minute(), options, head(), 2).frames, 300);
+}
+
 TEST(BuildForecast, FramesBeyondThoseThatTrainCostNoPictures) {
   VideoInfo long_clip = minute();
   long_clip.frame_count = 20000;

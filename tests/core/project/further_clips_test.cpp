@@ -5,10 +5,14 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <cmath>
+
 #include "core/base/files.h"
+#include "core/capture/capture.h"
 #include "core/project/care.h"
 #include "core/project/damaged_project.h"
 #include "core/project/staleness.h"
+#include "core/video/decode.h"
 #include "core/video/encode.h"
 
 namespace likeness {
@@ -37,8 +41,21 @@ class FurtherClips : public testing::Test {
   static void film(const fs::path& path, std::uint8_t grey) {
     auto writer = VideoWriter::create(path, 64, 48);
     ASSERT_TRUE(writer.ok());
-    for (int i = 0; i < 4; ++i) ASSERT_TRUE(writer->add(Image8(64, 48, 3, grey)).ok());
+    for (int i = 0; i < 100; ++i) ASSERT_TRUE(writer->add(Image8(64, 48, 3, grey)).ok());
     ASSERT_TRUE(writer->finish().ok());
+  }
+  Result<int> add_seconds(const char* file, double from_s, double to_s) {
+    return add_further_clip(project_, root_ / file, std::nullopt, {from_s, to_s});
+  }
+  // As an import leaves it whose film is cut after its first second: the rest shows another place.
+  void read_first_clip() {
+    Capture capture;
+    capture.video = root_ / "first.mp4";
+    capture.video_hash = *hash_video(capture.video);
+    capture.width = 64, capture.height = 48, capture.crop.side = 48;
+    for (int i = 0; i < 100; ++i) capture.frames.push_back({.frame = i, .time_s = i / 25.0});
+    capture.shots = {{0, 24, 0, 1, true, ""}, {25, 99, 1, 4, false, "another place"}};
+    ASSERT_TRUE(write_capture(capture_path(project_), capture).ok());
   }
   int add(const char* file) {
     const auto number = add_further_clip(project_, root_ / file);
@@ -81,6 +98,42 @@ TEST_F(FurtherClips, TheSameClipTwiceOrNoClipAtAllIsRefused) {
   EXPECT_FALSE(add_further_clip(project_, root_ / "torn.mp4").ok());
   EXPECT_FALSE(add_further_clip(project_, root_ / "absent.mp4").ok());
   EXPECT_EQ(open_project(project_.folder)->further_clips, std::vector<int>{2});
+}
+
+TEST_F(FurtherClips, SomeSecondsOfAClipAreKeptAndImportedByTheNextRun) {
+  ASSERT_TRUE(add_seconds("second.mp4", 1, 2.5).ok());
+  const auto clip = open_further_clip(*open_project(project_.folder), 2);
+  ASSERT_TRUE(clip.ok());
+  EXPECT_EQ(clip->options.import.seconds, (ClipSeconds{1, 2.5}));
+  EXPECT_EQ(further_clip_name(*clip, 2), "Clip 2 (second.mp4 from 1 s to 2.5 s)");
+  Project whole = *clip;
+  whole.options.import.seconds = {};
+  EXPECT_NE(input_hash(*clip, Stage::import), input_hash(whole, Stage::import));
+}
+
+TEST_F(FurtherClips, SecondsThatAClipDoesNotHaveAreRefused) {
+  for (const auto& [from_s, to_s] :
+       {std::pair(2.0, 1.0), {2.0, 2.0}, {-1.0, 2.0}, {4.5, 0.0}, {1.0, 9.0}, {NAN, 2.0}, {1.0, INFINITY}}) {
+    const auto refused = add_seconds("second.mp4", from_s, to_s);
+    ASSERT_FALSE(refused.ok()) << from_s << " to " << to_s;
+    EXPECT_NE(refused.error().fix.find("--from"), std::string::npos) << refused.error().fix;
+  }
+  EXPECT_TRUE(add_seconds("second.mp4", 0, 4).ok());
+  EXPECT_EQ(open_project(project_.folder)->further_clips, std::vector<int>{2});
+}
+
+// What is held out of the first clip must not be learnt from through another.
+TEST_F(FurtherClips, OfAClipThatIsThereOnlyWhatDoesNotServeYet) {
+  EXPECT_FALSE(add_seconds("first.mp4", 1, 4).ok());  // not read: all of it may serve
+  read_first_clip();
+  EXPECT_FALSE(add_seconds("first.mp4", 0.5, 4).ok());
+  EXPECT_FALSE(add_seconds("first.mp4", 0, 0).ok());
+  ASSERT_TRUE(add_seconds("first.mp4", 1, 2.5).ok());
+  const auto refused = add_seconds("first.mp4", 2, 4);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().what.find("from 1 s to 2.5 s is already clip 2"), std::string::npos)
+      << refused.error().what;
+  EXPECT_TRUE(add_seconds("first.mp4", 2.5, 0).ok());
 }
 
 TEST_F(FurtherClips, NothingIsChangedWhileAnotherProcessWorks) {

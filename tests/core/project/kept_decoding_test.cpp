@@ -19,6 +19,7 @@
 #include "core/face/landmarks.h"
 #include "core/matte/coarse_mask.h"
 #include "core/project/run_stages.h"
+#include "core/scene/track.h"
 #include "core/synth/demo_capture.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
@@ -85,14 +86,16 @@ class SharedDecoding : public testing::Test {
   }
 
   // left: where in the still picture a frame begins. A square in the corner tells the frames apart.
-  static void write_clip(const char* name, const Image8& still, const std::function<int(int)>& left) {
+  static void write_clip(const char* name, const Image8& still, const std::function<int(int)>& left,
+                         int frames = kClipFrames) {
     constexpr int kSquare = 8;
     auto writer =
         VideoWriter::create(root_ / name, kClipSide, kClipSide, {.frames_per_second = 10, .crf = 12});
     ASSERT_TRUE(writer.ok());
-    for (int f = 0; f < kClipFrames; ++f) {
+    for (int f = 0; f < frames; ++f) {
       Image8 frame = crop(still, left(f), (kStillSide - kClipSide) / 2, kClipSide, kClipSide);
-      for (int y = 0; y < kSquare; ++y) std::fill_n(frame.at(0, y), 3 * kSquare, std::uint8_t(40 + 6 * f));
+      for (int y = 0; y < kSquare; ++y)
+        std::fill_n(frame.at(0, y), 3 * kSquare, std::uint8_t(40 + 6 * f % 180));
       ASSERT_TRUE(writer->add(frame).ok());
     }
     ASSERT_TRUE(writer->finish().ok());
@@ -157,6 +160,38 @@ TEST_F(SharedDecoding, AClipIsDecodedOnceForImportAlignAndFit) {
   EXPECT_EQ(text(decoded_path(whole) / "motion.json"), kept_["motion.json"]);
   EXPECT_FALSE(holds(whole, "track.greys"));
   EXPECT_FALSE(holds(whole, "landmarks.json"));
+}
+
+// Of a longer film; what is not asked for is neither tracked nor pictured.
+TEST_F(SharedDecoding, OfSomeSecondsOfAFilmNothingElseIsInAnyResult) {
+  constexpr int kAround = 12;
+  const auto still = VideoReader::open(root_ / "demo.mp4")->next();
+  ASSERT_TRUE(still.ok() && still->has_value());
+  write_clip(
+      "long.mp4", (*still)->rgb, [](int) { return (kStillSide - kClipSide) / 2; }, kClipFrames + 2 * kAround);
+  Project project = open("seconds", 256, "long.mp4");
+  project.options.import.seconds = {kAround / 10.0, (kAround + kClipFrames) / 10.0};
+  ASSERT_TRUE(save_project(project).ok());
+  run(project, Stage::fit);
+  const auto capture = read_capture(capture_path(project));
+  const auto track = read_track(track_path(project));
+  ASSERT_TRUE(capture.ok() && track.ok());
+  EXPECT_EQ(capture->seconds, project.options.import.seconds);
+  ASSERT_EQ(capture->frames.size(), std::size_t(kClipFrames));
+  ASSERT_EQ(track->frames.size(), std::size_t(kClipFrames));
+  for (int i = 0; i < kClipFrames; ++i) {
+    EXPECT_EQ(capture->frames[std::size_t(i)].frame, kAround + i);
+    EXPECT_EQ(track->frames[std::size_t(i)].frame, kAround + i);
+  }
+  const auto cameras = read_cameras(cameras_path(project));
+  ASSERT_TRUE(cameras.ok());
+  EXPECT_NEAR(cameras->shots.at(0).from_s, kAround / 10.0, 1e-6);
+  // Read, not taken over from what import kept, it is the same.
+  const std::string tracked = text(track_path(project));
+  fs::remove_all(decoded_path(project));
+  fs::remove(track_path(project));
+  run(project, Stage::fit);
+  EXPECT_EQ(text(track_path(project)), tracked);
 }
 
 TEST_F(SharedDecoding, WhatNobodyNeedsIsNotKeptAndAlignAloneFindsTheSame) {

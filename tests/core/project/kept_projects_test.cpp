@@ -103,6 +103,7 @@ TEST_F(KeptProjects, OfTheUsualOptionsIsCurrentAndWrittenTheSame) {
   // But for choices that there were not yet.
   auto kept = nlohmann::json::parse(text);
   kept["options"]["person_network"] = "";
+  kept["options"]["from_s"] = kept["options"]["to_s"] = 0.0;
   EXPECT_EQ(nlohmann::json::parse(*read_text(root_ / "p" / "project.json")), kept);
 }
 
@@ -120,7 +121,9 @@ TEST_F(KeptProjects, OfOtherOptionsIsCurrentAndWrittenTheSame) {
        kept = nlohmann::json::parse(text);
   EXPECT_EQ(written["options"]["refits"], nlohmann::json::parse("[[4, 9], [20, 22]]"));
   kept["options"]["refits"] = written["options"]["refits"];
-  kept["options"]["person_network"] = "";  // there was no such choice
+  // There were no such choices.
+  kept["options"]["person_network"] = "";
+  kept["options"]["from_s"] = kept["options"]["to_s"] = 0.0;
   EXPECT_EQ(written, kept);
 }
 

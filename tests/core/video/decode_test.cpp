@@ -48,6 +48,51 @@ void expect_near(const std::uint8_t* pixel, int r, int g, int b, int tolerance, 
   EXPECT_NEAR(pixel[2], b, tolerance) << what;
 }
 
+// Numbers and times of the frames that a reader gives.
+std::vector<std::pair<int, double>> frames_of(VideoReader& reader) {
+  std::vector<std::pair<int, double>> frames;
+  while (true) {
+    const auto next = reader.next();
+    EXPECT_TRUE(next) << next.error().what;
+    if (!next || !*next) return frames;
+    frames.emplace_back((*next)->index, (*next)->time_s);
+  }
+}
+
+TEST_F(Decode, SomeSecondsOfAFilmKeepTheirNumbersAndTimes) {
+  write_clip(folder_ / "a.mp4", 64, 48, 100);
+  for (const std::uint64_t room : {std::uint64_t(0), std::uint64_t(1) << 30}) {
+    auto reader = VideoReader::open(folder_ / "a.mp4");
+    ASSERT_TRUE(reader);
+    reader->show_seconds({1, 2.2});
+    reader->keep_frames(room);
+    for (int pass = 0; pass < 2; ++pass) {
+      const auto frames = frames_of(*reader);
+      ASSERT_EQ(frames.size(), 30u);
+      for (std::size_t i = 0; i < frames.size(); ++i) {
+        EXPECT_EQ(frames[i].first, 25 + int(i));
+        EXPECT_NEAR(frames[i].second, 1 + double(i) / 25, 1e-6);
+      }
+      ASSERT_TRUE(reader->rewind(VideoPixels::luma));
+    }
+  }
+  auto from = VideoReader::open(folder_ / "a.mp4");
+  from->show_seconds({3.5, 0});
+  EXPECT_EQ(frames_of(*from).size(), 12u);  // 88 is at 3.52 s
+}
+
+TEST_F(Decode, AFilmThatEndsAtAFrameIsNotReadBeyondIt) {
+  write_clip(folder_ / "a.mp4", 64, 48, 100);
+  auto reader = VideoReader::open(folder_ / "a.mp4");
+  ASSERT_TRUE(reader);
+  reader->start_at(10);
+  reader->end_at(19);
+  const auto frames = frames_of(*reader);
+  ASSERT_EQ(frames.size(), 10u);
+  EXPECT_EQ(frames.front().first, 10);
+  EXPECT_EQ(frames.back().first, 19);
+}
+
 TEST_F(Decode, RoundTripsColoursTimesAndNumbers) {
   write_clip(folder_ / "a.mp4", 128, 96, 60, 30);
   auto reader = VideoReader::open(folder_ / "a.mp4");
