@@ -42,7 +42,7 @@ std::size_t pixels_of(const Image8& image) { return image.pixels(); }
 // Where plates lie, each once.
 std::map<const Image8*, PlateOfView> plates_of(const TrainingSet& set) {
   std::map<const Image8*, PlateOfView> plates;
-  for (const TrainingView& view : set.views)
+  for (const TrainingView& view : set.views)  // proxies have none
     if (const PlateOfView plate = plate_of(set, view); !plate.rgb->empty()) plates[plate.rgb] = plate;
   return plates;
 }
@@ -177,8 +177,9 @@ class Caster : public RayCaster {
       view.face = {own.face_x0, own.face_y0, own.face_x1, own.face_y1};
       std::copy_n(own.gain.data(), 3, view.gain);
     }
-    drawn_ = std::min(source.drawn, views_);
-    ++version_;  // addresses and `drawn` are part of what is recorded
+    drawn_ = std::min(source.drawn, set_.views.size());
+    proxies_until_ = source.proxies_until;
+    ++version_;  // addresses and these numbers are part of what is recorded
     if (auto done = upload(device_, frames_, all); !done) return done;
     if (auto done = upload(device_, view_, host_views_); !done) return done;
     if (auto done = queue_bounds(); !done) return done;
@@ -227,8 +228,16 @@ class Caster : public RayCaster {
     const auto rays = std::uint32_t(options_.rays);
     const CastRays cast{direction_.data(), from_.data(), jitter_.data(), row_.data(), rays};
     const PlacedRays placed{t_.data(), dt_.data(), count_.data(), rays, kTrainingSamples};
-    const ChoiceNumbers numbers{options_.seed,         0, std::uint32_t(views_), own,
-                                std::uint32_t(drawn_), 0, std::uint32_t(rays),   options_.use_latent ? 1 : 0};
+    const ChoiceNumbers numbers{options_.seed,
+                                0,
+                                std::uint32_t(views_),
+                                own,
+                                std::uint32_t(drawn_),
+                                0,
+                                std::uint32_t(rays),
+                                options_.use_latent ? 1 : 0,
+                                std::uint32_t(views_ - set_.views.size()),
+                                proxies_until_};
     const ChooseRaysArgs choose{scene, ray_views(),  numbers,         step_.data(),
                                 cast,  batch.target, batch.background};
     if (auto done = device_->launch(Kernel::choose_rays, choose, rays); !done) return done;
@@ -248,7 +257,7 @@ class Caster : public RayCaster {
                             step_.data(),
                             own,
                             {still_n_, still_.data()},
-                            {options_.use_latent && own < views_ ? sides_n_ : 0, sides_.data()},
+                            {options_.use_latent && own < set_.views.size() ? sides_n_ : 0, sides_.data()},
                             {},
                             {},
                             batch.dt,
@@ -355,7 +364,7 @@ class Caster : public RayCaster {
     std::size_t pixels = 0, bits = 0;
     for (const auto& [rgb, plate] : plates) plate_at[rgb] = std::int64_t(pixels), pixels += pixels_of(*rgb);
     for (std::size_t v = 0; v < views_; ++v) {
-      const TrainingView& from = set_.views[v];
+      const TrainingView& from = picture_at(set_, v);
       const Intrinsics& k = from.camera.intrinsics;
       RayView& view = host_views_[v];
       view.lens = {k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2};
@@ -383,7 +392,7 @@ class Caster : public RayCaster {
       if (auto done = send(std::size_t(plate_at[rgb])); !done) return done;
     }
     for (std::size_t v = 0; v < views_; ++v) {
-      const TrainingView& from = set_.views[v];
+      const TrainingView& from = picture_at(set_, v);
       pack_pixels(
           from.rgb, [&](int x, int y) { return from.alpha.empty() ? 255 : from.alpha.at(x, y); }, packed);
       if (auto done = send(host_views_[v].pixels); !done) return done;
@@ -419,6 +428,7 @@ class Caster : public RayCaster {
   DeviceArray<std::int32_t> row_;
   DeviceArray<BrickLayer> layers_;
   int still_n_ = 0, sides_n_ = 0;
+  std::uint64_t proxies_until_ = UINT64_MAX;
   std::uint64_t host_step_ = 0, version_ = 0;
   bool refreshed_ = false;  // the device's cells are newer than the host's
 };
@@ -428,8 +438,10 @@ class Caster : public RayCaster {
 std::size_t picture_bytes(const TrainingSet& set) {
   std::size_t bytes = 0;
   for (const auto& [rgb, plate] : plates_of(set)) bytes += 4 * pixels_of(*rgb);
-  for (const TrainingView& view : set.views)
+  for (std::size_t v = 0; v < pictured(set); ++v) {
+    const TrainingView& view = picture_at(set, v);
     bytes += 4 * pixels_of(view.rgb) + (view.teaches.empty() ? 0 : pixels_of(view.rgb) / 8);
+  }
   return bytes;
 }
 

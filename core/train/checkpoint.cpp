@@ -129,8 +129,8 @@ Error unusable(const std::filesystem::path& path, const std::string& detail) {
 }  // namespace
 
 std::string training_fingerprint(const TrainingSet& set, const TrainOptions& options) {
-  std::vector<std::string> views(set.views.size());
-  parallel_for(views.size(), [&](std::size_t v) { views[v] = view_fingerprint(set.views[v]); });
+  std::vector<std::string> views(pictured(set));
+  parallel_for(views.size(), [&](std::size_t v) { views[v] = view_fingerprint(picture_at(set, v)); });
   // All of them by name, so that a new option does not compile until it is listed here: either it changes
   // what is learnt, or it does not, like the run's length, its device and when it is saved.
   const auto& [seed, schedule, rays, fields, losses, refine_track, place] = options;

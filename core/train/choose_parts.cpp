@@ -11,13 +11,14 @@
 
 #include "core/train/condition_map.h"
 #include "core/train/exposure.h"
+#include "core/train/proxy/proxy_views.h"
 
 namespace likeness {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kTitles{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kTitles{{
     {"expression", "Expression"},
     {"deformation", "Deformation by the head model"},
     {"gaze", "Where the eyes look"},
@@ -26,6 +27,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kTitles{
     {"background", "Background"},
     {"light", "Exposure and white balance"},
     {"code", "Code for each frame"},
+    {"proxies", "Sides that were not filmed"},
     {"grid", "Grid"},
     {"clips", "Further clips"},
     {"occupancy", "Empty space skipped"},
@@ -160,6 +162,22 @@ void add_light(const CaptureMeasures& m, ChosenParts& chosen) {
                    100 * *m.light_drift, 100 * kEvenLight)});
 }
 
+void add_proxies(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
+  chosen.proxies = !asked.mode || *asked.mode == kDefaultMode;
+  if (!chosen.proxies) {
+    chosen.parts.push_back(
+        {"proxies", false, true, "left to the field",
+         fmt::format("You asked for --mode {}, as others have it.", mode_name(chosen.mode))});
+    return;
+  }
+  chosen.parts.push_back(
+      {"proxies", true, false, "taught by the head model, in the clip's colours",
+       fmt::format(
+           "The camera sees the head from {:.0f} degrees of sides and {:.0f} of heights; beyond, only "
+           "the head model knows where its surface is. The same for every capture.",
+           m.yaw * kDegrees, m.pitch * kDegrees)});
+}
+
 // -- Sizes.
 
 void add_sizes(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
@@ -210,6 +228,7 @@ ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& aske
   add_torso(measures, chosen);
   add_background(measures, chosen);
   add_light(measures, chosen);
+  add_proxies(measures, asked, chosen);
   add_sizes(measures, asked, chosen);
   add_others(measures, asked, chosen);
   return chosen;
@@ -223,6 +242,7 @@ void apply_parts(const ChosenParts& parts, TrainingSet& set, TrainOptions& optio
     for (TrainingView& view : set.views)
       if (view.further_clip == 0) view.has_plate = false;
   }
+  set.proxies = parts.proxies ? make_proxy_views(set) : std::vector<TrainingView>();
   options.fields.mode = parts.mode;
   options.fields.use_latent = parts.latent;
   options.fields.use_gaze = parts.gaze;

@@ -47,7 +47,7 @@ struct AskedParts {
 
 struct ChosenParts {
   FieldMode mode = kDefaultMode;
-  bool torso = true, plate = true, gaze = true, still = true, latent = true;
+  bool torso = true, plate = true, gaze = true, still = true, latent = true, proxies = true;
   FieldSizes sizes;
   std::vector<Vec3f> exposures{};  // what the frames are freed of; empty: they are learnt as filmed
   std::vector<AvatarPart> parts;   // all of them in words, in the order in which they are shown

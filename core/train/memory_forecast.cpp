@@ -5,6 +5,7 @@
 #include "core/head/pose_head.h"
 #include "core/scene/warp_lattice.h"
 #include "core/train/capture_summary.h"
+#include "core/train/proxy/proxy_views.h"
 
 namespace likeness {
 namespace {
@@ -50,15 +51,16 @@ MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel
 MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options) {
   const Articulation rest = set.views.empty() ? set.neutral : typical_articulation(set);
   const bool warps = mode_parts(options.fields.mode).warp && !set.views.empty();
-  return forecast(set.views.size(), std::uint64_t(set.size), set.model, set.person, rest, warps, options);
+  return forecast(set.views.size() + most_proxies(set.views.size()), std::uint64_t(set.size), set.model,
+                  set.person, rest, warps, options);
 }
 
 MemoryForecast forecast_memory(std::size_t views, int size, const HeadModel& model,
                                const TrainOptions& options) {
   PersonShape person;
   person.identity = Eigen::VectorXf::Zero(model.identity_count());
-  return forecast(views, std::uint64_t(size), model, person, neutral_articulation(model),
-                  mode_parts(options.fields.mode).warp, options);
+  return forecast(views + most_proxies(views), std::uint64_t(size), model, person,
+                  neutral_articulation(model), mode_parts(options.fields.mode).warp, options);
 }
 
 Result<void> check_memory(const MemoryForecast& forecast, std::uint64_t available) {

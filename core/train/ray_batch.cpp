@@ -23,7 +23,7 @@ const FieldRay kNowhere{Vec3f::Constant(3), Vec3f::UnitX()};
 // The rays through a pixel.
 void aim(const RaySource& source, const MarchVolumes& volumes, std::size_t v, PixelPlace pixel,
          RayRequest& request) {
-  const TrainingView& view = source.set->views[v];
+  const TrainingView& view = picture_at(*source.set, v);
   const Vec3f direction =
       ray_direction(view.camera.intrinsics, Vec2d(pixel.x + 0.5, pixel.y + 0.5)).normalized().cast<float>();
   for (int f = 0; f < 2; ++f)
@@ -66,13 +66,13 @@ ColourSum face_colour(const TrainingView& view, const RaySource::View& box) {
 // Exposure and white balance of the further clips, brought to the first one's.
 void match_faces(const TrainingSet& set, std::vector<RaySource::View>& views) {
   std::map<int, ColourSum> clips;  // 0: the first
-  for (std::size_t v = 0; v < views.size(); ++v) {
+  for (std::size_t v = 0; v < set.views.size(); ++v) {
     const ColourSum face = face_colour(set.views[v], views[v]);
     ColourSum& clip = clips[set.views[v].further_clip];
     clip.sum += face.sum, clip.count += face.count;
   }
   constexpr float kDarkest = 0.02f, kMost = 4;
-  for (std::size_t v = 0; v < views.size(); ++v) {
+  for (std::size_t v = 0; v < set.views.size(); ++v) {
     const int clip = set.views[v].further_clip;
     if (clip == 0 || clips[0].count == 0 || clips[clip].count == 0) continue;
     const Vec3f gain = (clips[0].mean().array() + kDarkest) / (clips[clip].mean().array() + kDarkest);
@@ -86,7 +86,7 @@ struct HostViews {
   const MarchVolumes& volumes;
   RayRequest& request;  // is aimed
 
-  const TrainingView& view(std::size_t v) const { return source.set->views[v]; }
+  const TrainingView& view(std::size_t v) const { return picture_at(*source.set, v); }
   int width(std::size_t v) const { return view(v).rgb.width; }
   int height(std::size_t v) const { return view(v).rgb.height; }
   PixelBox face(std::size_t v) const {
@@ -181,12 +181,13 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
                           const NeckZone& neck) {
   RaySource source;
   source.set = &set;
-  source.views.resize(set.views.size());
-  if (warp && !warp->vertices.empty()) source.warps.resize(set.views.size());
-  if (torso && !set.torso_modes.empty()) source.torsos.resize(set.views.size());
-  if (!neck.empty()) source.necks.resize(set.views.size());
-  parallel_for(set.views.size(), [&](std::size_t v) {
-    const TrainingView& view = set.views[v];
+  const std::size_t count = poses.size();
+  source.views.resize(count);
+  if (warp && !warp->vertices.empty()) source.warps.resize(count);
+  if (torso && !set.torso_modes.empty()) source.torsos.resize(count);
+  if (!neck.empty()) source.necks.resize(count);
+  parallel_for(count, [&](std::size_t v) {
+    const TrainingView& view = picture_at(set, v);
     RaySource::View& out = source.views[v];
     const AvatarPose& pose = poses[v];
     out.maps[0] = unit_from_camera(head, view.camera.cam_from_world, pose.world_from_head);
@@ -231,7 +232,7 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
 void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop_codes, std::uint64_t seed,
                  std::uint64_t step, int count, RayBatch& batch) {
   const std::size_t views = source.views.size(), own = own_views(*source.set).size(),
-                    drawn = std::min(source.drawn, views);
+                    drawn = std::min({source.drawn, views, source.set->views.size()});
   batch.requests.resize(std::size_t(count));
   batch.target.resize(std::size_t(count)), batch.background.resize(std::size_t(count));
   const std::size_t first = choose_patches(source, volumes, drop_codes, seed, step, batch),
@@ -243,7 +244,9 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
                               std::uint32_t(drawn),
                               std::uint32_t(first),
                               std::uint32_t(single),
-                              drop_codes};
+                              drop_codes,
+                              std::uint32_t(views - std::min(views, source.set->views.size())),
+                              source.proxies_until};
   parallel_ranges(single, 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const std::size_t i = first + n;

@@ -22,6 +22,9 @@ namespace likeness {
 constexpr float kFaceShare = 0.25f, kPersonShare = 0.5f, kRandomBackgroundShare = 1.f / 3;
 // Share of a step's rays for all further clips: torso and background are learnt only from the first clip.
 constexpr double kFurtherShare = 1.0 / 3;
+// Share of a step's rays for proxies: at first, and once the rate falls. By then they have said where the
+// surface is, and what they know less well than the clip must not hold it back.
+constexpr double kProxyShare = 0.1, kLateProxyShare = 0.02;
 constexpr int kTries = 8, kMaskedTries = 32;  // the second where only part of the picture is trained on
 
 struct PixelBox {
@@ -37,6 +40,8 @@ struct ChoiceNumbers {
   std::uint32_t views, own, drawn;  // all; of the first clip; those that are drawn from
   std::uint32_t first, rays;        // earlier rays are chosen elsewhere; their number without those
   std::int32_t drop_codes;          // 1: half of the rays have none
+  std::uint32_t proxies;            // the last views of all, in a share of their own
+  std::uint64_t proxies_until;      // the first step of their late share
 };
 
 struct ChosenRay {
@@ -59,6 +64,11 @@ LIKENESS_HOST_DEVICE inline PixelPlace draw_pixel(const PixelBox& face, int widt
 LIKENESS_HOST_DEVICE inline std::size_t place_of_share(double share, std::size_t views) {
   const auto place = std::size_t(share * double(views));
   return place < views ? place : views - 1;
+}
+
+LIKENESS_HOST_DEVICE inline double proxy_share(const ChoiceNumbers& numbers) {
+  if (numbers.proxies == 0) return 0;
+  return numbers.step < numbers.proxies_until ? kProxyShare : kLateProxyShare;
 }
 
 // at: in [0, rays), evenly spread over a step's rays.
@@ -108,8 +118,11 @@ struct RayDraw {
 template <class Views>
 LIKENESS_HOST_DEVICE RayDraw begin_choice(const Views& views, const ChoiceNumbers& numbers, std::size_t n) {
   RayDraw draw{{numbers.seed, numbers.step, numbers.first + n}, 0, false, false, 0};
-  draw.view =
-      draw_view(numbers.own, numbers.drawn, double(n) + double(draw.random.uniform()), double(numbers.rays));
+  const double at = double(n) + double(draw.random.uniform()), rays = double(numbers.rays),
+               filmed = (1 - proxy_share(numbers)) * rays;
+  draw.view = at < filmed ? draw_view(numbers.own, numbers.drawn, at, filmed)
+                          : numbers.views - numbers.proxies +
+                                place_of_share((at - filmed) / (rays - filmed), numbers.proxies);
   const float kind = draw.random.uniform();
   draw.in_face = kind < kFaceShare;
   draw.on_person = !draw.in_face && kind < kFaceShare + kPersonShare && views.has_alpha(draw.view);
@@ -135,7 +148,8 @@ LIKENESS_HOST_DEVICE ChosenRay end_choice(const Views& views, const ChoiceNumber
                                           PixelPlace pixel, RandomStream random) {
   ChosenRay ray{};
   const bool drop = numbers.drop_codes && random.uniform() < 0.5f;
-  ray.view = std::int32_t(v + (drop && !views.further(v) ? numbers.views : 0));
+  const bool proxy = v >= numbers.views - numbers.proxies;
+  ray.view = std::int32_t(v + (proxy || (drop && !views.further(v)) ? numbers.views : 0));
   ray.jitter = random.bits() | 1;
   if (!views.teaches(v, pixel.x, pixel.y)) {
     ray.nowhere = 1;

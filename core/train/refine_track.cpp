@@ -53,6 +53,13 @@ std::vector<AvatarPose> corrected_poses(const TrainingSet& set, const ConditionM
   return poses;
 }
 
+std::vector<AvatarPose> pictured_poses(const TrainingSet& set, const ConditionMap& map,
+                                       const std::vector<Eigen::VectorXd>& corrections) {
+  std::vector<AvatarPose> poses = corrected_poses(set, map, corrections);
+  for (const TrainingView& proxy : set.proxies) poses.push_back(proxy.pose);
+  return poses;
+}
+
 std::vector<Eigen::VectorXd> refine_track(const TrainingSet& set, const Avatar& avatar, const AvatarRig& rig,
                                           const std::vector<Eigen::VectorXd>& corrections,
                                           const RefineOptions& options, std::stop_token stop) {

@@ -24,6 +24,9 @@ Image8 head_box(const TrainingView& view, const AvatarRig& rig);
 // Poses of the set's views with their corrections; empty if `corrections` is empty.
 std::vector<AvatarPose> corrected_poses(const TrainingSet& set, const ConditionMap& map,
                                         const std::vector<Eigen::VectorXd>& corrections);
+// The same, and behind them the proxies' poses, which nothing corrects.
+std::vector<AvatarPose> pictured_poses(const TrainingSet& set, const ConditionMap& map,
+                                       const std::vector<Eigen::VectorXd>& corrections);
 
 // One Gauss-Newton step of every view of the avatar's own clip from its earlier correction; about 0.3 s a
 // view on one core. If stopped, the corrections stay as they were; those of further clips' views always do.

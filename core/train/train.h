@@ -68,7 +68,15 @@ struct TrainingSet {
   Articulation neutral;       // the person's resting face; an empty expression = not known
   bool has_torso = true;
   std::vector<AttributeRegion> attributes;  // whose amounts the views have
+  // Pictures that nobody filmed, of sides that the views do not show (core/train/proxy/proxy_views.h): learnt
+  // from without a code, and less and less. Whatever is read off the clip is read off the views alone.
+  std::vector<TrainingView> proxies{};
 };
+// Views and, behind them, proxies: what rays are cast for.
+inline std::size_t pictured(const TrainingSet& set) { return set.views.size() + set.proxies.size(); }
+inline const TrainingView& picture_at(const TrainingSet& set, std::size_t v) {
+  return v < set.views.size() ? set.views[v] : set.proxies[v - set.views.size()];
+}
 
 // The views of the clip that defines the avatar's surroundings, light and torso.
 std::span<const TrainingView> own_views(const TrainingSet& set);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/image/metrics.h"
 #include "core/render/backend.h"
@@ -28,7 +29,9 @@ constexpr int kRecoveries = 3;
 constexpr double kReportEvery = 0.25;                 // s
 constexpr double kRefineShares[] = {0.4, 0.55, 0.7};  // of the steps, when the track is refined
 constexpr double kRegisterShare = kFlatShare;  // of the steps, from which further clips are learnt from
-static_assert(kRefineShares[0] >= kFlatShare && kRegisterShare >= kFlatShare, "a replay would do it sooner");
+constexpr double kProxySteps = 0.5;            // of the steps, after which proxies teach less
+static_assert(kRefineShares[0] >= kFlatShare && kRegisterShare >= kFlatShare && kProxySteps >= kFlatShare,
+              "a replay would do it sooner");
 
 Result<void> check_options(const TrainOptions& options) {
   if (!(options.losses.landmark_weight >= 0) || !std::isfinite(options.losses.landmark_weight))
@@ -88,13 +91,20 @@ struct Scene {
 
   // Rays and conditions of the views as corrected so far.
   void place_views(TrainingState& state) {
-    const std::vector<AvatarPose> poses = corrected_poses(set, map, state.corrections);
+    const std::vector<AvatarPose> poses = pictured_poses(set, map, state.corrections);
     rays = {};  // frees the old lattices first, so that there are not two sets at once
     rays = make_ray_source(set, poses, shape, volumes.head.cube,
                            volumes.torso ? &volumes.torso->cube : nullptr, &warp, volumes.neck);
     rays.patches = patches;
     rays.drawn = state.corrections.empty() ? own_views(set).size() : set.views.size();
+    follow_schedule(state);
     set_conditions(state, map, poses, set.attributes);
+  }
+  // Whether the proxies' share now falls at another step than before: once, when the steps are settled.
+  bool follow_schedule(const TrainingState& state) {
+    const std::uint64_t total = state.schedule.total_steps,
+                        until = total > 0 ? std::uint64_t(kProxySteps * double(total)) : UINT64_MAX;
+    return std::exchange(rays.proxies_until, until) != until && !set.proxies.empty();
   }
   bool has_further() const { return own_views(set).size() < set.views.size(); }
   float warp_cell() const { return rays.warps.empty() ? 0.f : warp.cell; }
@@ -201,7 +211,7 @@ void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) 
 void start_further_codes(const RaySource& rays, TrainingState& state) {
   constexpr float kEach = 2, kMost = 1;  // per natural logarithm of a channel's gain
   const TrainingSet& set = *rays.set;
-  const std::size_t length = state.codes.size() / (2 * set.views.size());
+  const std::size_t length = state.codes.size() / (2 * pictured(set));
   std::vector<int> clips;
   for (std::size_t v = own_views(set).size(); v < set.views.size() && length > 0; ++v) {
     const int clip = set.views[v].further_clip;
@@ -299,6 +309,10 @@ struct Steps {
     const double samples = double(result.samples);
     run.mean_samples = run.mean_samples == 0 ? samples : 0.95 * run.mean_samples + 0.05 * samples;
     settle(state.schedule, run.half_way, state.step, run.spent(), run.step_seconds);
+    if (scene.follow_schedule(state)) {
+      if (auto placed = place_views(); !placed) return placed;
+      before = run.elapsed();
+    }
     if (now - run.last_report >= kReportEvery) run.report(state);
     if (now - run.last_checkpoint >= run.options.schedule.checkpoint_every_s) {
       if (auto saved = save(); !saved) return saved;

@@ -62,7 +62,7 @@ bool is_finite(const TrainingState& state) {
 TrainingState make_training_state(const TrainingSet& set, const TrainOptions& options,
                                   const ConditionMap& map, const Volumes& volumes) {
   TrainingState state;
-  const std::size_t views = set.views.size();
+  const std::size_t views = pictured(set);
   const int k = int(map.rows.rows());
   const auto seed = std::uint32_t(options.seed * 2);
   state.head = make_trained_field(head_config(k, int(set.attributes.size()), options), volumes.head, seed);
@@ -72,7 +72,7 @@ TrainingState make_training_state(const TrainingSet& set, const TrainOptions& op
     state.torso = make_trained_field(torso_config(options.fields.sizes), *volumes.torso, seed + 1);
   const std::size_t length = std::size_t(state.head.part.field.config.latent_count);
   state.codes.assign(2 * views * length, 0.f);
-  set_conditions(state, map, corrected_poses(set, map, {}), set.attributes);
+  set_conditions(state, map, pictured_poses(set, map, {}), set.attributes);
   state.schedule.total_steps = options.schedule.steps;
   state.schedule.rate_scale = options.schedule.rate;
   state.schedule.budget_s = options.schedule.steps > 0 ? 0 : options.schedule.budget_s;

@@ -60,8 +60,8 @@ Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingSta
   parts.fields[0] = {&state.head.part.field, &state.head.adam};
   if (state.torso) parts.fields[1] = {&state.torso->part.field, &state.torso->adam};
   parts.codes = &state.codes, parts.codes_adam = &state.codes_adam;
-  return backend.make_learner(parts, {std::size_t(options.rays), std::size_t(kTrainingSamples),
-                                      set.views.size(), own_views(set).size(), options.landmark_weight > 0});
+  return backend.make_learner(parts, {std::size_t(options.rays), std::size_t(kTrainingSamples), pictured(set),
+                                      own_views(set).size(), options.landmark_weight > 0});
 }
 
 void cast_rays(TrainingState& state, const RaySource& source, const StepOptions& options) {

@@ -8,14 +8,13 @@
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
 #include "core/train/carve.h"
+#include "core/train/head_marks.h"
 #include "core/train/still_cells.h"
 
 namespace likeness {
 namespace {
 
-constexpr int kChin = 8, kRightEar = 0, kLeftEar = 16, kRightBrow = 19, kLeftBrow = 24, kNoseBase = 33;
 constexpr int kCarveViews = 64, kPoses = 12;
-constexpr float kNeckLength = 0.045f;  // m from the chin down to the base of the neck
 constexpr float kNeckRoot = 0.03f;  // m below the base to which the head's field extends, fixed to the torso
 constexpr float kShortestNeck = 0.02f;    // m; models with less neck turn stiffly
 constexpr float kBustTop = 0.02f;         // m below the chin that the shoulders of a model may reach up to
@@ -60,48 +59,14 @@ void fill_balls(std::vector<std::uint8_t>& cells, int n, const FieldCube& cube,
   });
 }
 
-bool is_skin(const HeadModel& model, std::size_t v) {
-  if (model.parts.empty()) return true;
-  const HeadPart part = model.parts[v];
-  return part == HeadPart::face || part == HeadPart::scalp_neck || part == HeadPart::unknown;
-}
-
 bool is_mouth(const HeadModel& model, std::size_t v) {
   if (model.parts.empty()) return false;
   const HeadPart part = model.parts[v];
   return part == HeadPart::mouth_socket || part == HeadPart::gums_tongue || part == HeadPart::teeth;
 }
 
-// Marks of the neutral head that say where hair grows.
-struct Marks {
-  float base, chin, nose, brow, ear_z;
-};
-
-Marks head_marks(const HeadModel& model, const HeadShape& shape) {
-  const auto posed = pose_head(model, shape, neutral_articulation(model));
-  const auto landmarks = landmark_positions(model, posed);
-  Marks marks;
-  marks.chin = landmarks[kChin].y();
-  marks.nose = landmarks[kNoseBase].y();
-  marks.brow = 0.5f * (landmarks[kRightBrow].y() + landmarks[kLeftBrow].y());
-  marks.ear_z = 0.5f * (landmarks[kRightEar].z() + landmarks[kLeftEar].z());
-  float lowest = 1e9f;
-  for (std::size_t v = 0; v < posed.size(); ++v)
-    if (is_skin(model, v)) lowest = std::min(lowest, posed[v].y());
-  marks.base = std::max(marks.chin - kNeckLength, lowest + 0.005f);
-  return marks;
-}
-
-// 0 on face and neck, 1 on the scalp and behind the ears, fading out from the nose's height down to the chin.
-float hairiness(const Marks& marks, const Vec3f& p) {
-  const float above = std::clamp((p.y() - marks.brow - 0.015f) / 0.03f, 0.f, 1.f);
-  const float behind = std::clamp((marks.ear_z + 0.01f - p.z()) / 0.02f, 0.f, 1.f);
-  const float height = std::clamp((p.y() - marks.chin) / (marks.nose - marks.chin), 0.f, 1.f);
-  return std::max(above, behind) * height;
-}
-
 // Busts flare out below the neck; that region belongs to the torso.
-bool on_shoulder(const Marks& marks, const Vec3f& p) {
+bool on_shoulder(const HeadMarks& marks, const Vec3f& p) {
   return p.y() < marks.chin - kBustTop && Vec3f(p.x(), 0, p.z() - marks.ear_z).norm() > 0.08f;
 }
 
@@ -143,7 +108,7 @@ struct HeadBalls {
   std::vector<Ball> hair, skin, mouth, wall, near;
 };
 
-HeadBalls head_balls(const TrainingSet& set, const HeadShape& shape, const Marks& marks,
+HeadBalls head_balls(const TrainingSet& set, const HeadShape& shape, const HeadMarks& marks,
                      const VolumeOptions& options) {
   HeadBalls balls;
   const std::vector<Articulation> poses = envelope_poses(set);
@@ -229,7 +194,7 @@ FieldCube cube_around(const Vec3f& low, const Vec3f& high) {
   return cube;
 }
 
-Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& marks,
+Volume head_volume(const TrainingSet& set, const HeadShape& shape, const HeadMarks& marks,
                    const VolumeOptions& options) {
   const int n = options.head_resolution;
   const HeadBalls balls = head_balls(set, shape, marks, options);
@@ -286,7 +251,7 @@ Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& 
 
 // Flat elliptic cylinder below the chin; generous, since the reference head may lean towards the shoulders;
 // the mattes carve it. p in the torso frame.
-bool in_body(const Marks& marks, float axis_z, const Vec3f& p) {
+bool in_body(const HeadMarks& marks, float axis_z, const Vec3f& p) {
   constexpr float kHalfWidth = 0.54f, kNeckDepth = 0.085f, kChestDepth = 0.13f;
   if (p.y() > marks.chin + kShoulderTop) return false;
   const float drop = std::clamp((marks.base + 0.02f - p.y()) / 0.08f, 0.f, 1.f);  // 0 neck, 1 chest
@@ -295,7 +260,7 @@ bool in_body(const Marks& marks, float axis_z, const Vec3f& p) {
 }
 
 // Depth of the neck's axis at its base.
-float neck_axis(const TrainingSet& set, const HeadShape& shape, const Marks& marks) {
+float neck_axis(const TrainingSet& set, const HeadShape& shape, const HeadMarks& marks) {
   const std::vector<Vec3f> neutral = pose_head(set.model, shape, neutral_articulation(set.model));
   double sum = 0;
   int count = 0;
@@ -307,7 +272,7 @@ float neck_axis(const TrainingSet& set, const HeadShape& shape, const Marks& mar
 
 // Both frames coincide in the straight neck, so a place of the torso is one of the head. The neck above the
 // collar belongs only to the head: a second one on the torso would stay behind when the head moves.
-bool is_neck(const Volume& head, const Marks& marks, const Vec3f& p) {
+bool is_neck(const Volume& head, const HeadMarks& marks, const Vec3f& p) {
   if (p.y() < marks.base + kCollar) return false;
   const int n = head.allowed.resolution;
   const Vec3f cell = (p - head.cube.origin) * (float(n) / head.cube.side);
@@ -317,7 +282,7 @@ bool is_neck(const Volume& head, const Marks& marks, const Vec3f& p) {
 }
 
 std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shape, const Volume& head,
-                                   float axis_z, const Marks& marks, const VolumeOptions& options) {
+                                   float axis_z, const HeadMarks& marks, const VolumeOptions& options) {
   // -- How far down and to the sides the pictures reach at the torso's depth.
   const Vec3d chest(0, marks.base - 0.08, axis_z);
   Vec3f low(-0.05f, marks.chin + kShoulderTop, axis_z), high(0.05f, low.y(), axis_z);
@@ -371,7 +336,7 @@ float neck_base(const HeadModel& model, const HeadShape& shape) { return head_ma
 Volumes make_volumes(const TrainingSet& set, const HeadShape& shape, const VolumeOptions& options) {
   LIKENESS_CHECK(options.head_resolution % 4 == 0 && options.torso_resolution % 4 == 0,
                  "resolutions %d and %d", options.head_resolution, options.torso_resolution);
-  const Marks marks = head_marks(set.model, shape);
+  const HeadMarks marks = head_marks(set.model, shape);
   Volumes volumes;
   volumes.head = head_volume(set, shape, marks, options);
   std::vector<Articulation> articulations;

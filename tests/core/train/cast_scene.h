@@ -1,6 +1,7 @@
 // A training set with everything a ray can pass, for tests of ray casting: views of two clips with distorted
-// lenses, mattes, a guessed plate and pixels that teach nothing; a warped face, a bent neck, a torso that
-// deforms, still cells and sides that the first clip does not show. The fields are small and random.
+// lenses and pictures that nobody filmed, mattes, a guessed plate and pixels that teach nothing; a warped
+// face, a bent neck, a torso that deforms, still cells and sides that the first clip does not show. The
+// fields are small and random.
 #pragma once
 
 #include <random>
@@ -29,7 +30,7 @@ inline Image8 random_picture(int width, int height, int channels, std::uint32_t 
 }
 
 struct CastScene {
-  static constexpr std::size_t kOwn = 3, kFurther = 2, kViews = kOwn + kFurther;
+  static constexpr std::size_t kOwn = 3, kFurther = 2, kProxies = 2, kViews = kOwn + kFurther + kProxies;
   static constexpr int kRays = 900;
   TrainingSet set;
   TrainingState state;
@@ -88,30 +89,31 @@ struct CastScene {
     view.camera = typical_camera(avatar);
     view.camera.intrinsics.cx += number, view.camera.intrinsics.p1 = 0.001 * number;
     view.rgb = random_picture(70, 50, 3, std::uint32_t(number));
-    view.further_clip = number < int(kOwn) ? 0 : 1 + (number - int(kOwn)) % 2;
-    view.has_plate = number != 1;
+    const bool proxy = number >= int(kOwn + kFurther);
+    view.further_clip = number < int(kOwn) || proxy ? 0 : 1 + (number - int(kOwn)) % 2;
+    view.has_plate = number != 1 && !proxy;
     if (number != 2) {
       Image8 alpha = random_picture(70, 50, 1, 100 + std::uint32_t(number));
       for (std::uint8_t& value : alpha.data) value = value < 90 ? 0 : value > 150 ? 255 : value;
       view.alpha = TiledMask(alpha);
     }
-    if (view.further_clip > 0) {
+    if (view.further_clip > 0 || proxy) {
       Image8 teaches = random_picture(70, 50, 1, 200 + std::uint32_t(number));
       for (std::uint8_t& value : teaches.data) value = value < (number == 4 ? 250 : 128) ? 0 : 255;
       view.teaches = TiledMask(teaches);
     }
-    set.views.push_back(std::move(view));
+    (proxy ? set.proxies : set.views).push_back(std::move(view));
     source.views.emplace_back();
     RaySource::View& own = source.views.back();
     own.face_x0 = 20 + number, own.face_y0 = 10, own.face_x1 = 50, own.face_y1 = number == 0 ? 10 : 40;
-    if (number >= int(kOwn)) own.gain = Vec3f(1.3f, 0.9f, 1.1f);
+    if (number >= int(kOwn) && !proxy) own.gain = Vec3f(1.3f, 0.9f, 1.1f);
     source.warps.emplace_back(), source.torsos.emplace_back(), source.necks.emplace_back();
     place_view(avatar, number, 0);
   }
   void place_view(const Avatar& avatar, int number, int turn) {
     const auto v = std::size_t(number);
     const RenderState posed = posed_state(avatar, number + turn);
-    const Pose& cam = set.views[v].camera.cam_from_world;
+    const Pose& cam = picture_at(set, v).camera.cam_from_world;
     // One neck of all is straight.
     const Pose& torso = number == 1 ? posed.pose.world_from_head : posed.pose.world_from_torso;
     source.views[v].maps[0] = unit_from_camera(avatar.head.cube, cam, posed.pose.world_from_head);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/train/ray_choice.h"
 #include "tests/core/train/ball_scene.h"
 
 namespace likeness {
@@ -90,6 +91,48 @@ TEST(ChooseRays, FurtherClipTrainsOnlyTheHeadAndAlwaysWithItsCode) {
   source.drawn = 1;
   choose_rays(source, volumes, true, 3, 1, kRays, batch);
   for (const RayRequest& ray : batch.requests) EXPECT_EQ(ray.view % 2, 0);
+}
+
+// Three views and two proxies of one size, told apart by their red.
+TEST(ChooseRays, ProxiesHaveAShareThatFallsAndNeverACode) {
+  constexpr int kSize = 48, kRays = 8000;
+  TrainingSet set = ball_set(5, kSize, false);
+  for (std::size_t v = 0; v < 5; ++v)
+    for (std::uint8_t& value : set.views[v].rgb.data) value = std::uint8_t(10 * v);
+  for (TrainingView& view : set.views)
+    view.alpha = TiledMask(Image8(kSize, kSize, 1, 255)), view.has_plate = false;
+  set.proxies.assign(set.views.begin() + 3, set.views.end());
+  set.views.resize(3);
+  const OccupancyGrid everywhere = make_occupancy(8, true), none;
+  MarchVolumes volumes;
+  for (MarchVolume& volume : volumes.fields) volume = march_volume(everywhere, none);
+  const FieldCube cube{Vec3f::Constant(-0.2f), 0.4f};
+  std::vector<AvatarPose> poses;
+  for (std::size_t v = 0; v < pictured(set); ++v) poses.push_back(picture_at(set, v).pose);
+  RaySource source = make_ray_source(set, poses, shape_head(set.model, set.person), cube, &cube);
+  ASSERT_EQ(source.views.size(), 5u);
+  source.proxies_until = 10;
+  const auto proxies_at = [&](std::uint64_t step) {
+    RayBatch batch;
+    choose_rays(source, volumes, true, 3, step, kRays, batch);
+    int proxies = 0, with_code = 0;
+    for (std::size_t i = 0; i < batch.requests.size(); ++i) {
+      const int row = batch.requests[i].view;
+      const bool proxy = row % 5 >= 3;
+      EXPECT_EQ(std::lround(255 * batch.target[i].x()), 10 * (row % 5)) << "another picture's colour";
+      proxies += proxy, with_code += proxy && row < 5;
+    }
+    EXPECT_EQ(with_code, 0);
+    return proxies;
+  };
+  EXPECT_NEAR(proxies_at(9), kProxyShare * kRays, 2);
+  EXPECT_NEAR(proxies_at(10), kLateProxyShare * kRays, 2);
+  set.proxies.clear();
+  poses.resize(3);
+  source = make_ray_source(set, poses, shape_head(set.model, set.person), cube, &cube);
+  RayBatch batch;
+  choose_rays(source, volumes, true, 3, 0, kRays, batch);
+  for (const RayRequest& ray : batch.requests) EXPECT_LT(ray.view, 6);
 }
 
 }  // namespace

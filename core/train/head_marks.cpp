@@ -1,0 +1,42 @@
+// Landmarks of the head at rest.
+#include "core/train/head_marks.h"
+
+#include <algorithm>
+
+namespace likeness {
+namespace {
+
+constexpr int kChin = 8, kRightEar = 0, kLeftEar = 16, kRightBrow = 19, kLeftBrow = 24, kNoseBase = 33;
+constexpr float kNeckLength = 0.045f;  // m from the chin down to the base of the neck
+
+}  // namespace
+
+HeadMarks head_marks(const HeadModel& model, const HeadShape& shape) {
+  const auto posed = pose_head(model, shape, neutral_articulation(model));
+  const auto landmarks = landmark_positions(model, posed);
+  HeadMarks marks;
+  marks.chin = landmarks[kChin].y();
+  marks.nose = landmarks[kNoseBase].y();
+  marks.brow = 0.5f * (landmarks[kRightBrow].y() + landmarks[kLeftBrow].y());
+  marks.ear_z = 0.5f * (landmarks[kRightEar].z() + landmarks[kLeftEar].z());
+  float lowest = 1e9f;
+  for (std::size_t v = 0; v < posed.size(); ++v)
+    if (is_skin(model, v)) lowest = std::min(lowest, posed[v].y());
+  marks.base = std::max(marks.chin - kNeckLength, lowest + 0.005f);
+  return marks;
+}
+
+bool is_skin(const HeadModel& model, std::size_t vertex) {
+  if (model.parts.empty()) return true;
+  const HeadPart part = model.parts[vertex];
+  return part == HeadPart::face || part == HeadPart::scalp_neck || part == HeadPart::unknown;
+}
+
+float hairiness(const HeadMarks& marks, const Vec3f& p) {
+  const float above = std::clamp((p.y() - marks.brow - 0.015f) / 0.03f, 0.f, 1.f);
+  const float behind = std::clamp((marks.ear_z + 0.01f - p.z()) / 0.02f, 0.f, 1.f);
+  const float height = std::clamp((p.y() - marks.chin) / (marks.nose - marks.chin), 0.f, 1.f);
+  return std::max(above, behind) * height;
+}
+
+}  // namespace likeness

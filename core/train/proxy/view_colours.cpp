@@ -1,0 +1,58 @@
+// Vertices against the z-buffer of their own surface.
+#include "core/train/proxy/view_colours.h"
+
+#include <algorithm>
+
+#include "core/base/rigid.h"
+#include "core/scene/mesh_scene.h"
+
+namespace likeness {
+namespace {
+
+constexpr double kHidden = 0.006;   // m that a place may lie behind what is seen there
+constexpr double kSlantest = 0.15;  // cosine of normal and view
+constexpr int kInside = 250;        // of the matte
+
+}  // namespace
+
+std::vector<std::size_t> evenly(std::size_t count, int most) {
+  std::vector<std::size_t> chosen(std::min(count, std::size_t(most)));
+  for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = i * count / chosen.size();
+  return chosen;
+}
+
+ViewColours gather_colours(const TrainingSet& set, const std::vector<Triangle>& triangles,
+                           const std::function<std::vector<Vec3f>(const Articulation&)>& pose, int most) {
+  const std::span<const TrainingView> own = own_views(set);
+  ViewColours colours;
+  for (const std::size_t i : evenly(own.size(), most)) {
+    const TrainingView& view = own[i];
+    const std::vector<Vec3f> posed = pose(view.pose.articulation);
+    colours.colour.resize(posed.size(), Vec3f::Zero()), colours.weight.resize(posed.size(), 0.f);
+    const std::vector<Vec3f> normals = vertex_normals(posed, triangles);
+    const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
+    const Vec3d eye = inverse(cam_from_head).translation();
+    const Raster raster = rasterise(posed, triangles, view.camera.intrinsics, cam_from_head);
+    for (std::size_t v = 0; v < posed.size(); ++v) {
+      const Vec3d p = posed[v].cast<double>(), in_cam = cam_from_head * p;
+      const double facing = normals[v].cast<double>().dot((eye - p).normalized());
+      if (!(in_cam.z() > 0) || !(facing > kSlantest)) continue;
+      const Vec2d pixel = project<double>(view.camera.intrinsics, in_cam);
+      if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < raster.width && pixel.y() < raster.height))
+        continue;
+      const int x = int(pixel.x()), y = int(pixel.y());
+      const float depth = raster.depth[std::size_t(y) * std::size_t(raster.width) + std::size_t(x)];
+      if (depth == 0 || in_cam.z() > depth + kHidden) continue;
+      if (!view.alpha.empty() && view.alpha.at(x, y) < kInside) continue;
+      const float weight = float(facing * facing * facing);
+      const std::uint8_t* c = view.rgb.at(x, y);
+      colours.colour[v] += weight / 255.f * Vec3f(c[0], c[1], c[2]);
+      colours.weight[v] += weight;
+    }
+  }
+  for (std::size_t v = 0; v < colours.colour.size(); ++v)
+    if (colours.weight[v] > 0) colours.colour[v] /= colours.weight[v];
+  return colours;
+}
+
+}  // namespace likeness

@@ -1,0 +1,142 @@
+// Claims about the pictures that nobody filmed: beside what was filmed they show the same head, they leave
+// unsaid what is not known, and where the clip looked everywhere there are none.
+#include "core/train/proxy/proxy_views.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/base/rigid.h"
+#include "core/train/proxy/hair_hull.h"
+#include "core/train/proxy/proxy_head.h"
+#include "tests/core/train/proxy/filmed_head.h"
+
+namespace likeness {
+namespace {
+
+constexpr double kToDegrees = 180 / std::numbers::pi;
+
+Vec3d seen_from(const TrainingView& view) {
+  return inverse(view.camera.cam_from_world * view.pose.world_from_head).translation().normalized();
+}
+
+// Bald, so that the model itself is the truth from every side.
+class ProxyViews : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    head_ = new FilmedHead;
+    set_ = new TrainingSet(filmed_set(*head_, 12, 4));
+    ProxyViewOptions options;
+    options.least = 12;
+    proxies_ = new std::vector<TrainingView>(make_proxy_views(*set_, options));
+  }
+  static void TearDownTestSuite() { delete proxies_, delete set_, delete head_; }
+  static FilmedHead* head_;
+  static TrainingSet* set_;
+  static std::vector<TrainingView>* proxies_;
+};
+FilmedHead* ProxyViews::head_ = nullptr;
+TrainingSet* ProxyViews::set_ = nullptr;
+std::vector<TrainingView>* ProxyViews::proxies_ = nullptr;
+
+TEST_F(ProxyViews, LieBesideEveryFilmedView) {
+  ASSERT_EQ(proxies_->size(), 12u);
+  for (const TrainingView& proxy : *proxies_) {
+    EXPECT_FALSE(proxy.has_plate);
+    for (const TrainingView& view : set_->views)
+      EXPECT_GT(std::acos(std::min(1.0, seen_from(proxy).dot(seen_from(view)))) * kToDegrees, 12);
+  }
+}
+
+TEST_F(ProxyViews, ShowTheSameHeadWhereTheyTeach) {
+  double error = 0, skin = 0;
+  int outline_wrong = 0, taught = 0;
+  for (const TrainingView& proxy : *proxies_) {
+    Image8 rgb, alpha;
+    head_->draw(proxy, rgb, alpha);
+    for (int y = 0; y < alpha.height; ++y)
+      for (int x = 0; x < alpha.width; ++x) {
+        if (proxy.teaches.at(x, y) == 0) continue;
+        ++taught;
+        outline_wrong += (proxy.alpha.at(x, y) == 255) != (*alpha.at(x, y) == 255);
+        if (proxy.alpha.at(x, y) == 0 || *alpha.at(x, y) == 0) continue;
+        ++skin;
+        for (int c = 0; c < 3; ++c) error += std::abs(proxy.rgb.at(x, y)[c] - rgb.at(x, y)[c]) / 3.0;
+      }
+  }
+  ASSERT_GT(taught, 12 * 128 * 128 / 4);
+  EXPECT_LT(outline_wrong, taught / 500);
+  EXPECT_LT(error / skin, 6) << "levels: seen places are copied, the others guessed from those around them";
+}
+
+TEST_F(ProxyViews, AreTheSameEachTime) {
+  ProxyViewOptions options;
+  options.least = 12;
+  const std::vector<TrainingView> again = make_proxy_views(*set_, options);
+  ASSERT_EQ(again.size(), proxies_->size());
+  for (std::size_t i = 0; i < again.size(); ++i) {
+    EXPECT_EQ(again[i].rgb.data, (*proxies_)[i].rgb.data);
+    EXPECT_EQ(to_image(again[i].teaches).data, to_image((*proxies_)[i].teaches).data);
+  }
+}
+
+TEST_F(ProxyViews, SayNothingBesideAHeadThatTheyDoNotExplain) {
+  TrainingSet hands = *set_;  // beside the face in all mattes, farther out than hair may be
+  for (TrainingView& view : hands.views) {
+    Image8 alpha = to_image(view.alpha);
+    for (int y = 40; y < 70; ++y)
+      for (int x = 0; x < 128; ++x) *alpha.at(x, y) = 255;
+    view.alpha = TiledMask(alpha);
+  }
+  for (const TrainingView& proxy : make_proxy_views(hands, {.least = 4}))
+    for (int y = 0; y < 128; ++y)
+      for (int x = 0; x < 128; ++x)
+        if (proxy.alpha.at(x, y) == 0) {
+          EXPECT_EQ(proxy.teaches.at(x, y), 0);
+        }
+}
+
+TEST_F(ProxyViews, NeedMattesAndSidesThatWereNotFilmed) {
+  TrainingSet bare = *set_;
+  bare.views[3].alpha = {};
+  EXPECT_TRUE(make_proxy_views(bare).empty());
+  TrainingSet few = *set_;
+  few.views.resize(4);
+  EXPECT_TRUE(make_proxy_views(few).empty());
+  ProxyViewOptions all_seen;
+  all_seen.yaw_deg = 8, all_seen.pitch_deg = 5;  // nothing there lies 12 degrees beside
+  EXPECT_TRUE(make_proxy_views(*set_, all_seen).empty());
+}
+
+TEST(HairHull, IsAsThickAsTheMatteSaysAndLeavesEarsAlone) {
+  constexpr float kHair = 0.02f;
+  FilmedHead head;
+  head.hair = kHair;
+  const TrainingSet set = filmed_set(head, 8, 4, 256);
+  const ProxyHead proxy = make_proxy_head(set, head.shape);
+  const std::vector<Vec3f> rest = pose_head(head.model, head.shape, neutral_articulation(head.model));
+  const HeadMarks marks = head_marks(head.model, head.shape);
+  std::vector<float> crown;
+  float on_face = 0;
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    if (!is_skin(head.model, v)) {
+      EXPECT_EQ(proxy.hair[v], 0) << "an eye, a tooth";
+    } else if (rest[v].y() > marks.brow + 0.08f && std::abs(rest[v].z() - marks.ear_z) < 0.03f) {
+      crown.push_back(proxy.hair[v]);
+    } else if (hairiness(marks, rest[v]) == 0) {
+      on_face = std::max(on_face, proxy.hair[v]);
+    }
+  }
+  ASSERT_GT(crown.size(), 20u);
+  std::nth_element(crown.begin(), crown.begin() + std::ptrdiff_t(crown.size() / 2), crown.end());
+  EXPECT_NEAR(crown[crown.size() / 2], kHair, 0.004f);
+  EXPECT_EQ(on_face, 0);
+  EXPECT_LT(proxy.unexplained, 0.04);
+  head.hair = 0;
+  const ProxyHead bald = make_proxy_head(filmed_set(head, 8, 4, 256), head.shape);
+  for (const float thickness : bald.hair) EXPECT_LT(thickness, 0.006f);
+}
+
+}  // namespace
+}  // namespace likeness
