@@ -99,8 +99,8 @@ double depth_error_mm(const Bench& bench, const TruthPicture& truth) {
   std::vector<double> errors;
   const Registration& r = bench.registration;
   // The avatar's face may stand farther away as a whole.
-  const double beyond =
-      (r.farther - 1) * (truth.shot.camera.cam_from_world * truth.shot.world_from_head * r.true_face).norm();
+  const double beyond = (r.farther * r.lens - 1) *
+                        (truth.shot.camera.cam_from_world * truth.shot.world_from_head * r.true_face).norm();
   for (std::size_t i = 0; i < truth.depth.size(); ++i)
     if (truth.skin.data[i] != 0 && ends.alpha[i] > kOpaque)
       errors.push_back(1000 * std::abs(r.scale * ends.metres[i] - beyond - truth.depth[i]));
