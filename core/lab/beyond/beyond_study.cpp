@@ -38,9 +38,10 @@ constexpr float kOpaque = 0.5f;
 constexpr double kFilmed = 0.15, kBuilt = 0.75;  // of the progress
 
 std::string film_words(const DemoOptions& film) {
-  return fmt::format("person {} light {} seed {} frames {} size {} x {} samples {} head {} actions {} {}\n",
-                     film.person, film.light, film.seed, film.frames, film.width, film.height,
-                     film.samples_per_pixel, film.head_within_deg, film.action_share, LIKENESS_VERSION);
+  return fmt::format(
+      "person {} light {} seed {} frames {} size {} x {} samples {} head {} of {} actions {} {}\n",
+      film.person, film.light, film.seed, film.frames, film.width, film.height, film.samples_per_pixel,
+      film.head_within_deg, kWidestTurn_deg, film.action_share, LIKENESS_VERSION);
 }
 
 // Film and true pictures of another film are removed; a film without its words is not finished.
