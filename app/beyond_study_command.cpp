@@ -1,4 +1,5 @@
 // likeness study beyond: an avatar asked for what its clip never showed, beside the truth of a demo's person.
+#include <cmath>
 #include <memory>
 #include <optional>
 

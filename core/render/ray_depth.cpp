@@ -1,11 +1,10 @@
 // Rays of a row at a time through both fields, densities alone.
 #include "core/render/ray_depth.h"
 
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 
-#include "core/base/parallel.h"
 #include "core/base/rigid.h"
 #include "core/field/conditioned_field.h"
 #include "core/field/evaluate.h"

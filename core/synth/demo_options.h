@@ -21,8 +21,9 @@ enum class DemoWall {
   textured    // the same wall with plaster on it
 };
 
-// How far the head turns in the whole performance: 30 degrees to the side with 12 up or down.
-inline constexpr double kWidestTurn_deg = 32.1;
+// How far the head turns at most in the whole performance: 30 degrees to the side with 12 up or down, a tilt
+// and the torso's sway.
+inline constexpr double kWidestTurn_deg = 34.8;
 
 struct DemoOptions {
   int width = 512, height = 512;

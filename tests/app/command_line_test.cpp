@@ -421,6 +421,18 @@ TEST_F(CommandLine, StudiesSayWhatTheyNeed) {
   }
   EXPECT_EQ(likeness({"study", folder, "--tables", "magic"}).exit_code, 2);
   EXPECT_EQ(likeness({"study", "camera-kinds", "--clips", "rest-plain,rest-marble"}).exit_code, 2);
+  for (const auto& [words, named] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"study", "beyond"}, "--out"},
+           {{"study", "beyond", "--out", folder, "--person", "9"}, "--person"},
+           {{"study", "beyond", "--out", folder, "--head-within", "90"}, "--head-within"},
+           {{"study", "beyond", "--out", folder, "--action-share", "0"}, "--action-share"},
+           {{"demo", folder, "--head-within", "0"}, "--head-within"},
+           {{"demo", folder, "--action-share", "1.5"}, "--action-share"}}) {
+    const ProgramResult result = likeness(words);
+    EXPECT_EQ(result.exit_code, 2) << named;
+    EXPECT_NE(result.err.find(named), std::string::npos) << named << ": " << result.err;
+    EXPECT_NE(result.err.find("--help"), std::string::npos) << result.err;
+  }
   EXPECT_EQ(likeness({"bench", "--json", "--csv"}).exit_code, 2);
   EXPECT_EQ(likeness({"demo", folder, "--displacement", folder}).exit_code, 2) << "where to?";
 }

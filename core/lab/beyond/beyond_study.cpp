@@ -38,9 +38,10 @@ constexpr float kOpaque = 0.5f;
 constexpr double kFilmed = 0.15, kBuilt = 0.75;  // of the progress
 
 std::string film_words(const DemoOptions& film) {
-  return fmt::format("person {} light {} seed {} frames {} size {} x {} samples {} head {} actions {} {}\n",
-                     film.person, film.light, film.seed, film.frames, film.width, film.height,
-                     film.samples_per_pixel, film.head_within_deg, film.action_share, LIKENESS_VERSION);
+  return fmt::format(
+      "person {} light {} seed {} frames {} size {} x {} samples {} head {} of {} actions {} {}\n",
+      film.person, film.light, film.seed, film.frames, film.width, film.height, film.samples_per_pixel,
+      film.head_within_deg, kWidestTurn_deg, film.action_share, LIKENESS_VERSION);
 }
 
 // Film and true pictures of another film are removed; a film without its words is not finished.
@@ -99,8 +100,8 @@ double depth_error_mm(const Bench& bench, const TruthPicture& truth) {
   std::vector<double> errors;
   const Registration& r = bench.registration;
   // The avatar's face may stand farther away as a whole.
-  const double beyond =
-      (r.farther - 1) * (truth.shot.camera.cam_from_world * truth.shot.world_from_head * r.true_face).norm();
+  const double beyond = (r.farther * r.lens - 1) *
+                        (truth.shot.camera.cam_from_world * truth.shot.world_from_head * r.true_face).norm();
   for (std::size_t i = 0; i < truth.depth.size(); ++i)
     if (truth.skin.data[i] != 0 && ends.alpha[i] > kOpaque)
       errors.push_back(1000 * std::abs(r.scale * ends.metres[i] - beyond - truth.depth[i]));

@@ -25,9 +25,19 @@ Eigen::Matrix3Xd face_points(const HeadModel& model, const PersonShape& person, 
   return points;
 }
 
-// From where the true camera sees the true face to where the avatar's sees its own, in true metres.
+// Where the avatar's face is for its own camera to see it where the true one sees the true face: a longer
+// lens wants it as much farther along its axis, another size as much farther along the line of sight.
+Vec3d place_of_face(const Registration& r, const Vec3d& true_face_in_cam) {
+  return r.farther * Vec3d(true_face_in_cam.x(), true_face_in_cam.y(), r.lens * true_face_in_cam.z());
+}
+Vec3d true_place_of_face(const Registration& r, const Vec3d& face_in_cam) {
+  return Vec3d(face_in_cam.x(), face_in_cam.y(), face_in_cam.z() / r.lens) / r.farther;
+}
+
+// The way from where the true camera sees the true face to there, in true metres.
 Vec3d beyond_true_face(const Registration& r, const Pose& cam_from_true_head) {
-  return (r.farther - 1) * (cam_from_true_head * r.true_face);
+  const Vec3d at = cam_from_true_head * r.true_face;
+  return place_of_face(r, at) - at;
 }
 
 }  // namespace
@@ -47,6 +57,12 @@ Result<Registration> register_to_truth(const Capture& capture, const CameraSet& 
   r.scale = similarity_between(own, known).topLeftCorner<3, 3>().col(0).norm();
   r.face = own.rowwise().mean(), r.true_face = known.rowwise().mean();
 
+  const Camera* found = find_camera(cameras, track.frames.front().frame);
+  const Camera* filmed = find_camera(truth.cameras, track.frames.front().frame);
+  if (found == nullptr || filmed == nullptr)
+    return Error{ErrorCode::failed, "There is no camera of the first tracked frame.", "", "study beyond"};
+  r.lens = found->intrinsics.fx / filmed->intrinsics.fx;
+
   struct Pair {
     Pose true_head, true_torso, head, torso;  // seen from the camera; own ones in true metres
   };
@@ -60,7 +76,8 @@ Result<Registration> register_to_truth(const Capture& capture, const CameraSet& 
     Pair pair{seen * there->pose.world_from_head, seen * there->pose.world_from_torso,
               seen * frame.pose.world_from_head, seen * frame.pose.world_from_torso};
     pair.head.translation() *= r.scale, pair.torso.translation() *= r.scale;
-    farther.push_back((pair.head * Vec3d(r.scale * r.face)).norm() / (pair.true_head * r.true_face).norm());
+    farther.push_back(true_place_of_face(r, pair.head * Vec3d(r.scale * r.face)).norm() /
+                      (pair.true_head * r.true_face).norm());
     pairs.push_back(pair);
   }
   r.farther = median(std::move(farther));
@@ -68,7 +85,7 @@ Result<Registration> register_to_truth(const Capture& capture, const CameraSet& 
   Vec3d across = Vec3d::Zero();
   for (const Pair& pair : pairs) {
     const Vec3d at = pair.true_head * r.true_face;
-    const Vec3d left = (pair.head * Vec3d(r.scale * r.face)) / r.farther - at;
+    const Vec3d left = true_place_of_face(r, pair.head * Vec3d(r.scale * r.face)) - at;
     across += pair.true_head.linear().transpose() * (left - left.dot(at) / at.squaredNorm() * at) /
               double(pairs.size());
   }
@@ -84,12 +101,8 @@ Result<Registration> register_to_truth(const Capture& capture, const CameraSet& 
   r.true_torso_from_torso.linear() = mean_rotation(turns);
   r.true_torso_from_torso.translation() = shift;
 
-  const Camera* camera = find_camera(cameras, track.frames.front().frame);
-  if (camera == nullptr)
-    return Error{ErrorCode::failed, "The project has no camera for its first tracked frame.", "",
-                 "study beyond"};
   const SquareCrop& c = capture.crop;
-  r.picture = crop_intrinsics(camera->intrinsics, c.x, c.y, c.side, capture.size);
+  r.picture = crop_intrinsics(found->intrinsics, c.x, c.y, c.side, capture.size);
   return r;
 }
 

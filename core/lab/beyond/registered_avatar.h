@@ -21,8 +21,8 @@ struct Registration {
   Mat3d true_head_from_head = Mat3d::Identity();
   Vec3d true_face = Vec3d::Zero(),
         face = Vec3d::Zero();  // m, middle of either face at rest, in its head frame
-  // Of the distance of the face from the camera: the lens that was found need not be the true one, and the
-  // distance makes up for it.
+  double lens = 1;  // focal length that was found / the true one; the distance of the face makes up for it
+  // The rest of the face's distance from the camera, of the true one: the fitted face need not be as large.
   double farther = 1;
   Pose true_torso_from_torso = Pose::Identity();  // in true metres
   Intrinsics picture;                             // of the project's pictures, through the lens it found

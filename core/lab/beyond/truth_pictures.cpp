@@ -1,13 +1,16 @@
 // Filmed at the film's own size, so that hair and pores are as fine as in it, then cropped as a project does.
 #include "core/lab/beyond/truth_pictures.h"
 
-#include <cmath>
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <numbers>
 #include <opencv2/core.hpp>
 
 #include "core/base/files.h"
 #include "core/base/rigid.h"
 #include "core/image/files.h"
+#include "core/matte/person_prior.h"
 #include "core/matte/regions.h"
 #include "core/scene/mesh_scene.h"
 #include "core/synth/body_pose.h"
@@ -29,6 +32,12 @@ Image8 as_mask(const cv::Mat& from) {
   return mask;
 }
 
+// Where pictures of this crop and size are kept: of another one they would be other pictures.
+fs::path folder_of_crop(const fs::path& folder, const Capture& capture) {
+  const SquareCrop& c = capture.crop;
+  return folder.empty() ? folder : folder / fmt::format("{}_{}_{}_{}px", c.x, c.y, c.side, capture.size);
+}
+
 Image8 as_pictures_are(const Capture& capture, const Image8& whole) {
   const SquareCrop& c = capture.crop;
   return resize(crop(whole, c.x, c.y, c.side, c.side), capture.size, capture.size);
@@ -37,9 +46,11 @@ Image8 as_pictures_are(const Capture& capture, const Image8& whole) {
 }  // namespace
 
 TruthCamera::TruthCamera(const DemoOptions& film, const TrackTruth& truth, const Capture& capture,
-                         fs::path folder)
-    : stage_(truth.model, film), capture_(capture), folder_(std::move(folder)) {
-  person_ = make_person_model(stage_.model(), truth.track);
+                         const fs::path& folder)
+    : stage_(truth.model, film),
+      capture_(capture),
+      person_(std::make_unique<PersonModel>(make_person_model(stage_.model(), truth.track))),
+      folder_(folder_of_crop(folder, capture)) {
   const HeadRegions regions = head_regions(stage_.model());
   face_skin_.resize(regions.face.size());
   for (std::size_t f = 0; f < face_skin_.size(); ++f)
@@ -48,6 +59,8 @@ TruthCamera::TruthCamera(const DemoOptions& film, const TrackTruth& truth, const
   for (int i = 17; i <= 26; ++i) brow_line_ = std::max(brow_line_, landmarks[std::size_t(i)].y());
   brow_line_ += kAboveBrows;
 }
+
+TruthCamera::~TruthCamera() = default;
 
 Shot TruthCamera::at_rest() const {
   Shot shot = stage_.shot(0);
@@ -58,7 +71,7 @@ Shot TruthCamera::at_rest() const {
 }
 
 Shot TruthCamera::seen_from(Shot shot, double yaw_deg, double pitch_deg) const {
-  const Vec3d centre = shot.world_from_head * (0.5 * (person_.head_low + person_.head_high));
+  const Vec3d centre = shot.world_from_head * (0.5 * (person_->head_low + person_->head_high));
   Pose turn = Pose::Identity();
   turn.linear() = shot.world_from_head.linear() * head_turn(yaw_deg * kRadians, -pitch_deg * kRadians, 0) *
                   shot.world_from_head.linear().transpose();
@@ -112,16 +125,16 @@ Result<TruthPicture> TruthCamera::take(const std::string& name, const Shot& shot
     if (height > brow_line_) picture.forehead.data[i] = 255;
   }
 
-  // -- Person, head and face, as a project's regions are drawn
+  // -- Person, head and face, as a project's regions are drawn, the head without their margin
   TrackedFrame tracked;
   tracked.pose.world_from_head = shot.world_from_head, tracked.pose.world_from_torso = shot.world_from_torso;
   tracked.pose.articulation = shot.articulation;
-  const auto place = place_person(person_, tracked, shot.camera, k, 1);
+  const auto place = place_person(*person_, tracked, shot.camera, k, 1);
   if (!place)
     return Error{ErrorCode::failed, "The head is not in the picture that was to be taken of it.", "", name};
   picture.regions.person = as_mask(as_matrix(*mask));
-  picture.regions.head = as_mask(head_with_hair(as_matrix(picture.regions.person), person_, *place, k));
-  picture.regions.face = as_mask(head_silhouette(person_, *place, k, true));
+  picture.regions.head = as_mask(head_with_hair(as_matrix(picture.regions.person), *person_, *place, k));
+  picture.regions.face = as_mask(head_silhouette(*person_, *place, k, true));
   return picture;
 }
 

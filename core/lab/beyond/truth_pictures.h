@@ -3,19 +3,20 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
+#include <memory>
 #include <stop_token>
 #include <string>
 #include <vector>
 
 #include "core/base/result.h"
 #include "core/capture/capture.h"
-#include "core/lab/score/held_out.h"
 #include "core/lab/truth/track_truth.h"
-#include "core/matte/person_prior.h"
+#include "core/matte/read_regions.h"
 #include "core/synth/demo_stage.h"
 
 namespace likeness {
+
+struct PersonModel;
 
 struct TruthPicture {
   Shot shot;         // how it was taken; the camera is the film's, uncropped
@@ -30,9 +31,10 @@ struct TruthPicture {
 class TruthCamera {
  public:
   // film: as the demo was filmed. truth: of that film. capture: of the project that imported it. folder: may
-  // be empty: nothing is kept.
+  // be empty: nothing is kept. Pictures of another crop or size have a folder of their own in it.
   TruthCamera(const DemoOptions& film, const TrackTruth& truth, const Capture& capture,
-              std::filesystem::path folder);
+              const std::filesystem::path& folder);
+  ~TruthCamera();
 
   const HeadModel& model() const { return stage_.model(); }
   const HeadShape& shape() const { return stage_.shape(); }
@@ -52,7 +54,7 @@ class TruthCamera {
 
   DemoStage stage_;
   const Capture& capture_;
-  PersonModel person_;
+  std::unique_ptr<const PersonModel> person_;
   std::vector<std::uint8_t> face_skin_;  // (F)
   float brow_line_ = 0;
   std::filesystem::path folder_;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 
@@ -133,12 +134,16 @@ TEST(WriteDemoCapture, RefusesImpossibleOptionsWithARemedy) {
   for (const auto spoil :
        {+[](DemoOptions& o) { o.width = 4; }, +[](DemoOptions& o) { o.frames = 0; },
         +[](DemoOptions& o) { o.frames_per_second = 0; }, +[](DemoOptions& o) { o.samples_per_pixel = 0; },
-        +[](DemoOptions& o) { o.person = 6; }, +[](DemoOptions& o) { o.light = -1; }}) {
+        +[](DemoOptions& o) { o.person = 6; }, +[](DemoOptions& o) { o.light = -1; },
+        +[](DemoOptions& o) { o.head_within_deg = 0; }, +[](DemoOptions& o) { o.head_within_deg = -3; },
+        +[](DemoOptions& o) { o.head_within_deg = std::nan(""); },
+        +[](DemoOptions& o) { o.action_share = 0; }, +[](DemoOptions& o) { o.action_share = 1.01; }}) {
     DemoOptions options = tiny();
     spoil(options);
     const auto written = write_demo_capture(scratch.path, options, Progress(), {});
     ASSERT_FALSE(written.ok());
     EXPECT_EQ(written.error().code, ErrorCode::bad_input);
+    EXPECT_FALSE(written.error().what.empty());
     EXPECT_FALSE(written.error().fix.empty());
     EXPECT_FALSE(fs::exists(scratch.path));
   }

@@ -191,6 +191,43 @@ TEST(DemoStage, PeopleRunFromDarkToLightAndLightsDifferInColour) {
   EXPECT_LT(ceiling[0] / ceiling[2], window[0] / window[2]);
 }
 
+TEST(DemoStage, AShotOfTheFilmIsItsFrameAndAnyOtherIsFilmedAsWell) {
+  DemoOptions options = small(64, 2);
+  options.camera = DemoCamera::walking;
+  DemoStage stage(make_builtin_head(), options);
+  Shot shot = stage.shot(40);
+  const DemoFrame frame = stage.film(40, {}), same = stage.film(shot, {});
+  EXPECT_TRUE(same.complete);
+  EXPECT_EQ(same.rgb.data, frame.rgb.data);
+  EXPECT_EQ(same.mask.data, frame.mask.data);
+  const auto room = stage.film_room(shot.camera, {});
+  ASSERT_TRUE(room);
+  int compared = 0;
+  for (std::size_t i = 0; i < frame.mask.data.size(); ++i) {
+    if (frame.mask.data[i] != 0) continue;
+    ++compared;
+    for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(room->data[3 * i + c], frame.rgb.data[3 * i + c]);
+  }
+  EXPECT_GT(compared, 500);
+  // What nobody performed: the mouth open, from a camera that is 0.2 m farther away.
+  add_action(shot.articulation, *find_action(stage.model(), "jawOpen"), 1);
+  EXPECT_NE(stage.film(shot, {}).rgb.data, frame.rgb.data);
+  shot.camera.cam_from_world.translation().z() += 0.2;
+  const auto covered = [](const DemoFrame& picture) {
+    return std::count_if(picture.mask.data.begin(), picture.mask.data.end(), [](int m) { return m > 127; });
+  };
+  EXPECT_LT(covered(stage.film(shot, {})), covered(frame));
+  EXPECT_NE(stage.film_room(shot.camera, {})->data, room->data);
+}
+
+TEST(DemoStage, AStopEndsAShotAndItsRoom) {
+  DemoStage stage(make_builtin_head(), small(64, 1));
+  std::stop_source source;
+  source.request_stop();
+  EXPECT_FALSE(stage.film(stage.shot(3), source.get_token()).complete);
+  EXPECT_FALSE(stage.film_room(stage.shot(3).camera, source.get_token()).has_value());
+}
+
 TEST(DemoStage, RoomHoldsStillBehindAMovingHead) {
   DemoStage& stage = shared_stage();
   const DemoFrame a = stage.film(110, {}), b = stage.film(200, {});

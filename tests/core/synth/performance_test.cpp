@@ -163,5 +163,82 @@ TEST(Perform, EyesMeetTheLensWhileTheHeadRests) {
   }
 }
 
+// The shots of a resting camera, whose performance turns the head all the time.
+std::vector<Shot> performed(DemoOptions options) {
+  const Rehearsal& r = rehearsal();
+  options.camera = DemoCamera::resting;
+  std::vector<Shot> shots;
+  for (int i = 0; i < options.frames; ++i) shots.push_back(perform(r.model, r.shape, options, i));
+  return shots;
+}
+
+double widest_turn_deg(const std::vector<Shot>& shots) {
+  double widest = 0;
+  for (const Shot& s : shots)
+    widest = std::max(widest, angle_between(s.world_from_head, Pose::Identity()) / kDegree);
+  return widest;
+}
+
+TEST(Perform, AHeadThatIsHeldTurnsNoFurtherAndStillTurns) {
+  DemoOptions options;
+  for (const int seed : {0, 3})
+    for (const double most : {5.0, 12.0}) {
+      options.seed = seed, options.head_within_deg = most;
+      const double widest = widest_turn_deg(performed(options));
+      EXPECT_LE(widest, most) << seed;
+      EXPECT_GT(widest, 0.8 * most) << seed;
+    }
+}
+
+TEST(Perform, ThePlainPerformanceStaysWithinTheWidestTurn) {
+  for (const int frames : {60, 240, 900}) {
+    DemoOptions options;
+    options.frames = frames;
+    const double widest = widest_turn_deg(performed(options));
+    EXPECT_LE(widest, kWidestTurn_deg) << frames;
+    EXPECT_GT(widest, 0.9 * kWidestTurn_deg) << frames;
+  }
+}
+
+TEST(Perform, AShareOfTheActionsIsThatMuchOfEachAtMost) {
+  DemoOptions options;
+  const std::vector<Shot> whole = performed(options);
+  options.action_share = 0.4;
+  const std::vector<Shot> faint = performed(options);
+  double most = 0, most_jaw = 0;
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    const Articulation &a = whole[i].articulation, &b = faint[i].articulation;
+    for (int k = 0; k < a.expression.size(); ++k) {
+      // Where the whole one was clamped, the share is of what was asked for.
+      const float usual = a.expression[k] >= rehearsal().model.expression_max[k] ? 1e9f : a.expression[k];
+      ASSERT_LE(b.expression[k], 0.4f * usual + 1e-5f)
+          << i << ' ' << rehearsal().model.expression_names[std::size_t(k)];
+      most = std::max(most, double(b.expression[k]));
+    }
+    ASSERT_LE(b.jaw.norm(), 0.4f * a.jaw.norm() + 1e-5f) << i;
+    most_jaw = std::max(most_jaw, double(b.jaw.norm()));
+    // Eyes and head do what they did.
+    ASSERT_EQ(a.left_eye, b.left_eye);
+    ASSERT_TRUE(whole[i].world_from_head.isApprox(faint[i].world_from_head, 0));
+  }
+  EXPECT_GT(most, 0.3);
+  EXPECT_LE(most, 0.4 + 1e-5);
+  EXPECT_GT(most_jaw, 0.03);
+}
+
+// The whole of it is what was performed before there was a choice: no bit changes.
+TEST(Perform, TheWholePerformanceIsTheUsualOneToTheBit) {
+  DemoOptions asked;
+  asked.head_within_deg = 90, asked.action_share = 1;
+  const std::vector<Shot> whole = performed(asked), usual = performed({});
+  for (std::size_t i = 0; i < usual.size(); ++i) {
+    const Shot &a = usual[i], &b = whole[i];
+    ASSERT_EQ(a.world_from_head.matrix(), b.world_from_head.matrix()) << i;
+    ASSERT_EQ(a.world_from_torso.matrix(), b.world_from_torso.matrix()) << i;
+    ASSERT_EQ(a.articulation.expression, b.articulation.expression) << i;
+    ASSERT_EQ(a.articulation.jaw, b.articulation.jaw) << i;
+  }
+}
+
 }  // namespace
 }  // namespace likeness
