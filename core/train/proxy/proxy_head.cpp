@@ -13,21 +13,21 @@
 namespace likeness {
 namespace {
 
-constexpr int kColourViews = 32, kExplainViews = 8, kColourRounds = 600, kChin = 8;
+constexpr int kColourViews = 32, kExplainViews = 8, kColourRounds = 600;
 constexpr float kBelowBase = 0.03f;  // m of neck that are kept
 constexpr float kWellSeen = 0.3f;    // ViewColours::weight from which a colour is certain
 
-double unexplained_share(const TrainingSet& set, const ProxyHead& proxy) {
+// Share of the mattes above a height of the head at rest that lies outside the proxy.
+double unexplained_above(const TrainingSet& set, const ProxyHead& proxy, const Vec3f& height) {
   const std::span<const TrainingView> own = own_views(set);
   std::size_t person = 0, outside = 0;
   for (const std::size_t i : evenly(own.size(), kExplainViews)) {
     const TrainingView& view = own[i];
     if (view.alpha.empty()) continue;
     const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
-    const std::vector<Vec3f> posed = pose_proxy(set.model, proxy, view.pose.articulation);
-    const Image8 mask = silhouette(posed, proxy.triangles, view.camera.intrinsics, cam_from_head);
-    const Vec3d chin = landmark_positions(set.model, posed)[kChin].cast<double>();
-    const Vec2d from = project<double>(view.camera.intrinsics, Vec3d(cam_from_head * chin));
+    const Image8 mask = silhouette(pose_proxy(set.model, proxy, view.pose.articulation), proxy.triangles,
+                                   view.camera.intrinsics, cam_from_head);
+    const Vec2d from = project<double>(view.camera.intrinsics, Vec3d(cam_from_head * height.cast<double>()));
     const Vec2d up = (cam_from_head.linear() * Vec3d::UnitY()).head<2>();
     for (int y = 0; y < mask.height; ++y)
       for (int x = 0; x < mask.width; ++x) {
@@ -53,7 +53,8 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   const std::vector<Vec3f> rest = pose_head(model, shape, neutral_articulation(model));
   ProxyHead proxy;
   proxy.shape = shape;
-  proxy.base = head_marks(model, shape).base;
+  const HeadMarks marks = head_marks(model, shape);
+  proxy.base = marks.base, proxy.brow = marks.brow;
   for (const Triangle& t : model.triangles)
     if (rest[std::size_t(t[0])].y() > proxy.base - kBelowBase) proxy.triangles.push_back(t);
   const HairHull hull = make_hair_hull(set, shape, proxy.triangles);
@@ -71,7 +72,8 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   // Hair takes no colour from the skin beside it.
   const auto neighbours = vertex_neighbours(int(rest.size()), model.triangles);
   for (const auto* part : {&scalp, &skin}) fill_mesh(neighbours, known, *part, kColourRounds, proxy.colours);
-  proxy.unexplained = unexplained_share(set, proxy);
+  proxy.unexplained = unexplained_above(set, proxy, {0, marks.chin, marks.ear_z});
+  proxy.crown_unexplained = unexplained_above(set, proxy, {0, marks.brow, marks.ear_z});
   return proxy;
 }
 

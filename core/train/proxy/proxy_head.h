@@ -15,9 +15,10 @@ struct ProxyHead {
   std::vector<Triangle> triangles;  // of the model, but for what belongs to a bust
   std::vector<float> hair;          // (V) m outwards along the normal
   std::vector<Vec3f> colours;       // (V) sRGB-encoded, [0, 1]
-  float base = 0;                   // m, head frame: height of the neck's base
-  // Share of the mattes' pixels above the chin that lie outside its silhouette: hair that hangs, hats, hands.
-  double unexplained = 1;
+  float base = 0, brow = 0;         // m, head frame: heights of the neck's base and of the brows
+  // Shares of the mattes' pixels above the chin and above the brows that lie outside its silhouette: hair
+  // that hangs, hats, hands.
+  double unexplained = 1, crown_unexplained = 1;
 };
 
 // From own views; they need mattes.

@@ -117,9 +117,14 @@ class Moment {
   Raster seen_;
 };
 
-// Leaves out the outline, what lies below the chin beside the head, and, unless the outline is believed, all
-// beside it.
-void trim(const Image8& alpha, bool believed, const Vec2d& chin, const Vec2d& up, Image8& teaches) {
+// Where the outline is believed: above a place in the picture; nowhere if `up` is zero.
+struct Believed {
+  Vec2d above = Vec2d::Zero(), up = Vec2d::Zero();
+  bool at(int x, int y) const { return (Vec2d(x + 0.5, y + 0.5) - above).dot(up) > 0; }
+};
+
+// Leaves out the outline itself, and says that nothing lies beside it where it is believed.
+void trim(const Image8& alpha, const Believed& believed, Image8& teaches) {
   const cv::Mat head(alpha.height, alpha.width, CV_8U, const_cast<std::uint8_t*>(alpha.data.data()));
   const int edge = std::max(1, int(std::lround(kOutline * alpha.width)));
   cv::Mat within, around;
@@ -131,8 +136,7 @@ void trim(const Image8& alpha, bool believed, const Vec2d& chin, const Vec2d& up
         if (within.at<unsigned char>(y, x) == 0) *teaches.at(x, y) = 0;
         continue;
       }
-      const bool above = (Vec2d(x + 0.5, y + 0.5) - chin).dot(up) > 0;
-      if (believed && above && around.at<unsigned char>(y, x) == 0) *teaches.at(x, y) = 255;
+      if (believed.at(x, y) && around.at<unsigned char>(y, x) == 0) *teaches.at(x, y) = 255;
     }
 }
 
@@ -168,12 +172,17 @@ TrainingView picture_from(const TrainingSet& set, const ProxyHead& proxy, const 
     alpha.data[i] = 255;
     teaches.data[i] = height > proxy.base + kNeckKept ? 255 : 0;
   }
+  // Down to the chin or, where hair hangs, to the brows; in the middle of the head, as from above and below
+  // chin and brows lie elsewhere.
   const auto landmarks = landmark_positions(set.model, moment.posed());
   constexpr int kChin = 8, kJaw = 0;
-  // Behind the chin, where the neck is: from above and below the chin itself lies elsewhere.
-  const Vec3d below(0, landmarks[kChin].y(), landmarks[kJaw].z());
-  trim(alpha, proxy.unexplained < kExplained, project<double>(k, Vec3d(cam_from_head * below)),
-       (cam_from_head.linear() * Vec3d::UnitY()).head<2>(), teaches);
+  Believed believed;
+  if (proxy.crown_unexplained < kExplained) {
+    const float height = proxy.unexplained < kExplained ? landmarks[kChin].y() : proxy.brow;
+    believed.above = project<double>(k, Vec3d(cam_from_head * Vec3d(0, height, landmarks[kJaw].z())));
+    believed.up = (cam_from_head.linear() * Vec3d::UnitY()).head<2>();
+  }
+  trim(alpha, believed, teaches);
   view.rgb = std::move(rgb), view.alpha = TiledMask(alpha), view.teaches = TiledMask(teaches);
   return view;
 }

@@ -24,8 +24,8 @@ struct ProxyViewOptions {
 
 // Of the size of the moments' pictures, before no plate; `teaches` leaves out what the proxy does not know:
 // the neck's lower end, its outline, what is below the chin beside it and, where the proxy does not explain
-// the clip's own mattes, everything beside it. Fewer than asked for, or none, where the clip shows the head
-// from everywhere around or has no mattes. Deterministic.
+// the clip's own mattes, what is below the brows, or everything, beside it. Fewer than asked for, or none,
+// where the clip shows the head from everywhere around or has no mattes. Deterministic.
 std::vector<TrainingView> make_proxy_views(const TrainingSet& set, const ProxyViewOptions& options = {});
 
 // At most so many for this many own views: what they may take of memory. None for a handful of views.

@@ -97,6 +97,26 @@ TEST_F(ProxyViews, SayNothingBesideAHeadThatTheyDoNotExplain) {
         }
 }
 
+// Hair that falls before the shoulders: the crown is explained, what is beside the cheeks is not.
+TEST_F(ProxyViews, StillKnowTheCrownWhereHairHangs) {
+  TrainingSet hair = *set_;
+  for (TrainingView& view : hair.views) {
+    Image8 alpha = to_image(view.alpha);
+    for (int y = 70; y < 128; ++y)
+      for (int x = 20; x < 108; ++x) *alpha.at(x, y) = 255;
+    view.alpha = TiledMask(alpha);
+  }
+  int beside_crown = 0, beside_cheeks = 0;
+  for (const TrainingView& proxy : make_proxy_views(hair, {.least = 4}))
+    for (int y = 0; y < 128; ++y)
+      for (int x = 0; x < 128; ++x) {
+        if (proxy.alpha.at(x, y) != 0 || proxy.teaches.at(x, y) == 0) continue;
+        ++(y < 50 ? beside_crown : beside_cheeks);
+      }
+  EXPECT_GT(beside_crown, 4 * 1000);
+  EXPECT_LT(beside_cheeks, beside_crown / 5);
+}
+
 TEST_F(ProxyViews, NeedMattesAndSidesThatWereNotFilmed) {
   TrainingSet bare = *set_;
   bare.views[3].alpha = {};
