@@ -26,6 +26,7 @@ struct BeyondStudyArguments {
   double budget_s = 120, head_within_deg = faint_film(0, 0).head_within_deg,
          action_share = faint_film(0, 0).action_share;
   std::uint64_t steps = 0;
+  bool no_proxies = false;
 };
 
 std::vector<Table> beyond_tables(const BeyondStudy& study) {
@@ -127,6 +128,7 @@ int run_beyond(const BeyondStudyArguments& a) {
   options.project.import.size = a.size;
   options.project.align.camera = CameraKind::resting;
   options.project.train.budget_s = a.budget_s, options.project.train.steps = a.steps;
+  options.project.train.use_proxies = !a.no_proxies;
   options.place = {backend->backend, backend->fall_back, backend->precision};
   std::optional<Result<BeyondStudy>> study;
   {
@@ -171,6 +173,7 @@ void add_beyond_study(CLI::App& study, int& exit_code) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   verb->add_option("--steps", a->steps, "Exact steps of training instead");
+  verb->add_flag("--no-proxies", a->no_proxies, "Ablation: nothing is taught of sides that were not filmed");
   add_common_options(*verb, a->common);
   add_table_options(*verb, a->output);
   verb->callback([a, &exit_code] { exit_code = run_beyond(*a); });

@@ -170,7 +170,7 @@ std::string further_content(const Project& project, int number) {
 std::string train_text(const Project& project, const TrainInputs& inputs) {
   const auto& [head_model, seed, choices] = inputs;
   const auto& [budget_s, full_budget_s, steps, checkpoint_every_s, mode, use_latent, use_occupancy,
-               refine_track, landmark_loss, left_out] = choices;
+               refine_track, landmark_loss, use_proxies, left_out] = choices;
   const ModeParts parts = mode_parts(mode.value_or(kDefaultMode));
   std::string text = fmt::format(
       "{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
@@ -180,6 +180,7 @@ std::string train_text(const Project& project, const TrainInputs& inputs) {
   if (!parts.expression) text += " static";
   // If no mode was asked for, the choice follows from the inputs above.
   if (mode == kDefaultMode) text += " asked";
+  if (!use_proxies) text += " no proxies";
   if (landmark_loss != 0) text += fmt::format(" landmarks {}", landmark_loss);
   if (const auto attributes = attributes_hash(project); !attributes.empty())
     text.append(" attributes ").append(attributes);

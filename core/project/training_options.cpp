@@ -26,6 +26,7 @@ ChosenParts take_parts(const Project& project, TrainingSet& set, TrainOptions& o
   const AskedParts asked{.mode = o.mode,
                          .no_latent = !o.use_latent,
                          .no_occupancy = !o.use_occupancy,
+                         .no_proxies = !o.use_proxies,
                          .refine_track = o.refine_track,
                          .landmark_weight = o.landmark_loss};
   CaptureMeasures measures = measure_capture(set, shape_head(set.model, set.person));

@@ -11,7 +11,7 @@
 
 #include "core/train/condition_map.h"
 #include "core/train/exposure.h"
-#include "core/train/proxy/proxy_views.h"
+#include "core/train/proxy_views.h"
 
 namespace likeness {
 namespace {
@@ -163,7 +163,11 @@ void add_light(const CaptureMeasures& m, ChosenParts& chosen) {
 }
 
 void add_proxies(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
-  chosen.proxies = !asked.mode || *asked.mode == kDefaultMode;
+  chosen.proxies = !asked.no_proxies && (!asked.mode || *asked.mode == kDefaultMode);
+  if (asked.no_proxies) {
+    chosen.parts.push_back({"proxies", false, true, "left to the field", "You asked for --no-proxies."});
+    return;
+  }
   if (!chosen.proxies) {
     chosen.parts.push_back(
         {"proxies", false, true, "left to the field",

@@ -41,7 +41,7 @@ CaptureMeasures measure_capture(const TrainingSet& set, const HeadShape& shape);
 // The user's choices; the measures decide the rest.
 struct AskedParts {
   std::optional<FieldMode> mode;
-  bool no_latent = false, no_occupancy = false, refine_track = false;
+  bool no_latent = false, no_occupancy = false, no_proxies = false, refine_track = false;
   double landmark_weight = 0;
 };
 

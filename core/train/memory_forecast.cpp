@@ -5,7 +5,7 @@
 #include "core/head/pose_head.h"
 #include "core/scene/warp_lattice.h"
 #include "core/train/capture_summary.h"
-#include "core/train/proxy/proxy_views.h"
+#include "core/train/proxy_views.h"
 
 namespace likeness {
 namespace {

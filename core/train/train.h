@@ -68,7 +68,7 @@ struct TrainingSet {
   Articulation neutral;       // the person's resting face; an empty expression = not known
   bool has_torso = true;
   std::vector<AttributeRegion> attributes;  // whose amounts the views have
-  // Pictures that nobody filmed, of sides that the views do not show (core/train/proxy/proxy_views.h): learnt
+  // Pictures that nobody filmed, of sides that the views do not show (core/train/proxy_views.h): learnt
   // from without a code, and less and less. Whatever is read off the clip is read off the views alone.
   std::vector<TrainingView> proxies{};
 };

@@ -85,6 +85,7 @@ class KeptProjects : public testing::Test {
                .use_occupancy = false,
                .refine_track = true,
                .landmark_loss = 0.1,
+               .use_proxies = false,
                .left_out = {3, 5}};
     return o;
   }
@@ -104,6 +105,7 @@ TEST_F(KeptProjects, OfTheUsualOptionsIsCurrentAndWrittenTheSame) {
   auto kept = nlohmann::json::parse(text);
   kept["options"]["person_network"] = "";
   kept["options"]["from_s"] = kept["options"]["to_s"] = 0.0;
+  kept["options"]["use_proxies"] = true;
   EXPECT_EQ(nlohmann::json::parse(*read_text(root_ / "p" / "project.json")), kept);
 }
 

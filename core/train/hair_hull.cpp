@@ -1,6 +1,6 @@
 // Where the scalp is seen edge-on, the matte's end tells the thickness. The hairline is told by colour: the
 // head's top is hair or a bald head, and both look different from the cheeks or need no hull.
-#include "core/train/proxy/hair_hull.h"
+#include "core/train/hair_hull.h"
 
 #include <algorithm>
 #include <array>
@@ -9,9 +9,9 @@
 #include "core/base/quantile.h"
 #include "core/base/rigid.h"
 #include "core/scene/head_regions.h"
+#include "core/train/fill_mesh.h"
 #include "core/train/head_marks.h"
-#include "core/train/proxy/fill_mesh.h"
-#include "core/train/proxy/view_colours.h"
+#include "core/train/view_colours.h"
 
 namespace likeness {
 namespace {

@@ -1,5 +1,5 @@
 // Each is a moment's head drawn from another camera; the moment's own picture gives the colours.
-#include "core/train/proxy/proxy_views.h"
+#include "core/train/proxy_views.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
 #include "core/scene/mesh_scene.h"
-#include "core/train/proxy/proxy_head.h"
+#include "core/train/proxy_head.h"
 #include "core/train/random_stream.h"
 
 namespace likeness {
@@ -17,9 +17,10 @@ namespace {
 
 constexpr double kRadian = std::numbers::pi / 180;
 constexpr std::uint64_t kProxyStream = 0x9c0ffeeull;
-constexpr std::uint64_t kTriesEach = 40;       // drawn places until one lies beside the filmed views
-constexpr std::size_t kFewestViews = 10;       // of a clip that a proxy is made for
-constexpr double kExplained = 0.04;            // ProxyHead::unexplained, up to which its outline is believed
+constexpr std::uint64_t kTriesEach = 40;  // drawn places until one lies beside the filmed views
+constexpr std::size_t kFewestViews = 10;  // of a clip that a proxy is made for
+constexpr double kExplained = 0.04,
+                 kRoughly = 0.08;              // of mattes, up to which an outline is believed: crown, all
 constexpr float kNeckKept = 0.02f;             // m above the neck's base: below, clothes may hide it
 constexpr double kHiddenBy = 0.005;            // m
 constexpr double kSlant = 0.2, kSquare = 0.5;  // cosines between which the moment's own pixel takes over
@@ -178,7 +179,7 @@ TrainingView picture_from(const TrainingSet& set, const ProxyHead& proxy, const 
   constexpr int kChin = 8, kJaw = 0;
   Believed believed;
   if (proxy.crown_unexplained < kExplained) {
-    const float height = proxy.unexplained < kExplained ? landmarks[kChin].y() : proxy.brow;
+    const float height = proxy.unexplained < kRoughly ? landmarks[kChin].y() : proxy.brow;
     believed.above = project<double>(k, Vec3d(cam_from_head * Vec3d(0, height, landmarks[kJaw].z())));
     believed.up = (cam_from_head.linear() * Vec3d::UnitY()).head<2>();
   }

@@ -1,19 +1,20 @@
 // Surface, hull and colours put together.
-#include "core/train/proxy/proxy_head.h"
+#include "core/train/proxy_head.h"
 
 #include <algorithm>
 
 #include "core/scene/head_regions.h"
 #include "core/scene/mesh_scene.h"
+#include "core/train/fill_mesh.h"
+#include "core/train/hair_hull.h"
 #include "core/train/head_marks.h"
-#include "core/train/proxy/fill_mesh.h"
-#include "core/train/proxy/hair_hull.h"
-#include "core/train/proxy/view_colours.h"
+#include "core/train/view_colours.h"
 
 namespace likeness {
 namespace {
 
 constexpr int kColourViews = 32, kExplainViews = 8, kColourRounds = 600;
+constexpr float kScalp = 0.95f;      // HairHull::hairy, from which a place is coloured as hair
 constexpr float kBelowBase = 0.03f;  // m of neck that are kept
 constexpr float kWellSeen = 0.3f;    // ViewColours::weight from which a colour is certain
 
@@ -67,7 +68,7 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   std::vector<std::uint8_t> scalp(rest.size()), skin(rest.size());
   for (std::size_t v = 0; v < rest.size(); ++v) {
     known[v] = std::min(1.f, seen.weight[v] / kWellSeen);
-    scalp[v] = hull.hairy[v] > 0.5f, skin[v] = !scalp[v];
+    scalp[v] = hull.hairy[v] > kScalp, skin[v] = !scalp[v];
   }
   // Hair takes no colour from the skin beside it.
   const auto neighbours = vertex_neighbours(int(rest.size()), model.triangles);

@@ -1,6 +1,6 @@
 // Claims about the pictures that nobody filmed: beside what was filmed they show the same head, they leave
 // unsaid what is not known, and where the clip looked everywhere there are none.
-#include "core/train/proxy/proxy_views.h"
+#include "core/train/proxy_views.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <numbers>
 
 #include "core/base/rigid.h"
-#include "core/train/proxy/hair_hull.h"
-#include "core/train/proxy/proxy_head.h"
-#include "tests/core/train/proxy/filmed_head.h"
+#include "core/train/hair_hull.h"
+#include "core/train/proxy_head.h"
+#include "tests/core/train/filmed_head.h"
 
 namespace likeness {
 namespace {

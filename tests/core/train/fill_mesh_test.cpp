@@ -1,5 +1,5 @@
 // Claims about values spread over a mesh.
-#include "core/train/proxy/fill_mesh.h"
+#include "core/train/fill_mesh.h"
 
 #include <gtest/gtest.h>
 

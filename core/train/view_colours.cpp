@@ -1,5 +1,5 @@
 // Vertices against the z-buffer of their own surface.
-#include "core/train/proxy/view_colours.h"
+#include "core/train/view_colours.h"
 
 #include <algorithm>
 
