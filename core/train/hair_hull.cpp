@@ -17,9 +17,9 @@ namespace likeness {
 namespace {
 
 constexpr int kEdgeViews = 24, kHairlineViews = 12;
-constexpr std::size_t kLeastViews = 3;                               // that see a vertex edge-on
-constexpr double kMostHair = 0.065, kStep = 0.001, kInwards = 0.01;  // m
-constexpr double kEdgeOn = 0.2;                                      // cosine of normal and view
+constexpr std::size_t kLeastViews = 3;                                    // that see a vertex edge-on
+constexpr double kMostHair = 0.065, kMatteStep = 0.001, kInwards = 0.01;  // m
+constexpr double kEdgeOn = 0.2;                                           // cosine of normal and view
 constexpr float kAboveBrow = 0.02f;  // m: ears end there; below, it is they that stand against the background
 constexpr float kBesideEars = 0.008f;  // m of hair there, at most
 constexpr float kFade = 0.02f;         // m
@@ -97,7 +97,7 @@ void find_hairline(const TrainingSet& set, const HeadShape& shape, const std::ve
 std::optional<double> reach_of(const TrainingView& view, const Pose& cam_from_head, const Vec3d& p,
                                const Vec3d& outwards) {
   double reached = 0;
-  for (double h = -kInwards; h <= kMostHair; h += kStep) {
+  for (double h = -kInwards; h <= kMostHair; h += kMatteStep) {
     const Vec2d pixel = project<double>(view.camera.intrinsics, Vec3d(cam_from_head * (p + h * outwards)));
     if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < view.alpha.width && pixel.y() < view.alpha.height))
       return std::nullopt;

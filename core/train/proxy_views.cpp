@@ -176,11 +176,11 @@ TrainingView picture_from(const TrainingSet& set, const ProxyHead& proxy, const 
   // Down to the chin or, where hair hangs, to the brows; in the middle of the head, as from above and below
   // chin and brows lie elsewhere.
   const auto landmarks = landmark_positions(set.model, moment.posed());
-  constexpr int kChin = 8, kJaw = 0;
+  constexpr int kChinMark = 8, kJawMark = 0;
   Believed believed;
   if (proxy.crown_unexplained < kExplained) {
-    const float height = proxy.unexplained < kRoughly ? landmarks[kChin].y() : proxy.brow;
-    believed.above = project<double>(k, Vec3d(cam_from_head * Vec3d(0, height, landmarks[kJaw].z())));
+    const float height = proxy.unexplained < kRoughly ? landmarks[kChinMark].y() : proxy.brow;
+    believed.above = project<double>(k, Vec3d(cam_from_head * Vec3d(0, height, landmarks[kJawMark].z())));
     believed.up = (cam_from_head.linear() * Vec3d::UnitY()).head<2>();
   }
   trim(alpha, believed, teaches);

@@ -29,7 +29,7 @@ constexpr std::size_t kMinPoints = 50;
 constexpr double kOutliers = 0.02, kMargin = 0.1;  // of the points at either end; of their extent
 constexpr float kUsualReach = 3.0f;                // m about the head, without points
 constexpr float kLargestSide = 30.0f;              // m
-constexpr int kRoomCells = 96, kMaxSamples = 24, kTries = 12;
+constexpr int kRoomCells = 96, kMaxSamples = 24, kBackgroundTries = 12;
 constexpr int kBesidePerson = 2;          // px beside the person whose colours may be mixed
 constexpr double kFreeWay = 0.6;          // of the way from a camera to the head, which is assumed free
 constexpr float kPersonsPlace = 0.3f;     // m about the head's origin and the body below it
@@ -112,7 +112,7 @@ void choose_room_rays(std::span<const TrainingView> views, const std::vector<Uni
       const TrainingView& view = views[v];
       int x = 0, y = 0;
       rays.weight[i] = 0;
-      for (int attempt = 0; attempt < kTries && rays.weight[i] == 0; ++attempt) {
+      for (int attempt = 0; attempt < kBackgroundTries && rays.weight[i] == 0; ++attempt) {
         x = int(random.below(std::uint32_t(view.rgb.width)));
         y = int(random.below(std::uint32_t(view.rgb.height)));
         rays.weight[i] = is_background(view.alpha, x, y) ? 1.f : 0.f;

@@ -9,9 +9,9 @@
 namespace likeness {
 namespace {
 
-constexpr double kHidden = 0.006;   // m that a place may lie behind what is seen there
-constexpr double kSlantest = 0.15;  // cosine of normal and view
-constexpr int kInside = 250;        // of the matte
+constexpr double kHiddenBehind = 0.006;  // m that a place may lie behind what is seen there
+constexpr double kSlantest = 0.15;       // cosine of normal and view
+constexpr int kInside = 250;             // of the matte
 
 }  // namespace
 
@@ -42,7 +42,7 @@ ViewColours gather_colours(const TrainingSet& set, const std::vector<Triangle>& 
         continue;
       const int x = int(pixel.x()), y = int(pixel.y());
       const float depth = raster.depth[std::size_t(y) * std::size_t(raster.width) + std::size_t(x)];
-      if (depth == 0 || in_cam.z() > depth + kHidden) continue;
+      if (depth == 0 || in_cam.z() > depth + kHiddenBehind) continue;
       if (!view.alpha.empty() && view.alpha.at(x, y) < kInside) continue;
       const float weight = float(facing * facing * facing);
       const std::uint8_t* c = view.rgb.at(x, y);
