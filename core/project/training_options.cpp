@@ -34,6 +34,11 @@ ChosenParts take_parts(const Project& project, TrainingSet& set, TrainOptions& o
   measures.background_fault = project_background_fault(project);
   ChosenParts chosen = choose_parts(measures, asked);
   apply_parts(chosen, set, options);
+  for (AvatarPart& part : chosen.parts)
+    if (part.name == "proxies" && part.on && set.proxies.empty())
+      part.on = false, part.value = "left to the field",
+      part.reason =
+          "The clip shows the head from all around, or has too few frames or no mattes to teach it from.";
   return chosen;
 }
 

@@ -163,15 +163,14 @@ void add_light(const CaptureMeasures& m, ChosenParts& chosen) {
 }
 
 void add_proxies(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
-  chosen.proxies = !asked.no_proxies && (!asked.mode || *asked.mode == kDefaultMode);
+  chosen.proxies = !asked.no_proxies && chosen.mode == kDefaultMode;
   if (asked.no_proxies) {
     chosen.parts.push_back({"proxies", false, true, "left to the field", "You asked for --no-proxies."});
     return;
   }
   if (!chosen.proxies) {
-    chosen.parts.push_back(
-        {"proxies", false, true, "left to the field",
-         fmt::format("You asked for --mode {}, as others have it.", mode_name(chosen.mode))});
+    chosen.parts.push_back({"proxies", false, true, "left to the field",
+                            fmt::format("Mode {} is as others have it.", mode_name(chosen.mode))});
     return;
   }
   chosen.parts.push_back(

@@ -101,6 +101,7 @@ std::optional<double> reach_of(const TrainingView& view, const Pose& cam_from_he
     const Vec2d pixel = project<double>(view.camera.intrinsics, Vec3d(cam_from_head * (p + h * outwards)));
     if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < view.alpha.width && pixel.y() < view.alpha.height))
       return std::nullopt;
+    if (!view.inside.empty() && !view.inside.contains(int(pixel.x()), int(pixel.y()))) return std::nullopt;
     if (view.alpha.at(int(pixel.x()), int(pixel.y())) < 128) return reached;
     reached = std::max(0.0, h);
   }

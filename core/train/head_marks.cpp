@@ -26,6 +26,13 @@ HeadMarks head_marks(const HeadModel& model, const HeadShape& shape) {
   return marks;
 }
 
+Vec3f head_middle(const HeadModel& model, const std::vector<Vec3f>& posed) {
+  Vec3f low = Vec3f::Constant(1e9f), high = -low;
+  for (const Vec3f& landmark : landmark_positions(model, posed))
+    low = low.cwiseMin(landmark), high = high.cwiseMax(landmark);
+  return 0.5f * (low + high) - Vec3f(0, 0, 0.5f * (high.x() - low.x()));
+}
+
 bool is_skin(const HeadModel& model, std::size_t vertex) {
   if (model.parts.empty()) return true;
   const HeadPart part = model.parts[vertex];

@@ -14,6 +14,10 @@ struct HeadMarks {
 };
 HeadMarks head_marks(const HeadModel& model, const HeadShape& shape);
 
+// The middle of the head, m: half a face's width behind the middle of the landmarks, which lie on its front.
+// posed: the model's vertices.
+Vec3f head_middle(const HeadModel& model, const std::vector<Vec3f>& posed);
+
 // Outer surface: neither mouth, teeth, eyeballs nor their sockets.
 bool is_skin(const HeadModel& model, std::size_t vertex);
 

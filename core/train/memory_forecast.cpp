@@ -26,6 +26,10 @@ std::uint64_t grid_bytes(const FieldSizes& sizes) {
 
 double gib(std::uint64_t bytes) { return double(bytes) / double(1ull << 30); }
 
+std::size_t proxies_for(std::size_t own_views, const TrainOptions& options) {
+  return options.fields.mode == kDefaultMode ? most_proxies(own_views) : 0;
+}
+
 MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel& model,
                         const PersonShape& person, const Articulation& rest, bool warps,
                         const TrainOptions& options) {
@@ -51,15 +55,15 @@ MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel
 MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options) {
   const Articulation rest = set.views.empty() ? set.neutral : typical_articulation(set);
   const bool warps = mode_parts(options.fields.mode).warp && !set.views.empty();
-  return forecast(set.views.size() + most_proxies(set.views.size()), std::uint64_t(set.size), set.model,
-                  set.person, rest, warps, options);
+  return forecast(set.views.size() + proxies_for(own_views(set).size(), options), std::uint64_t(set.size),
+                  set.model, set.person, rest, warps, options);
 }
 
 MemoryForecast forecast_memory(std::size_t views, int size, const HeadModel& model,
                                const TrainOptions& options) {
   PersonShape person;
   person.identity = Eigen::VectorXf::Zero(model.identity_count());
-  return forecast(views + most_proxies(views), std::uint64_t(size), model, person,
+  return forecast(views + proxies_for(views, options), std::uint64_t(size), model, person,
                   neutral_articulation(model), mode_parts(options.fields.mode).warp, options);
 }
 

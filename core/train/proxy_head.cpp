@@ -72,6 +72,10 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   }
   // Hair takes no colour from the skin beside it.
   const auto neighbours = vertex_neighbours(int(rest.size()), model.triangles);
+  // Where no frame shows any hair, it looks like what is beside it.
+  bool hair_seen = false;
+  for (std::size_t v = 0; v < rest.size(); ++v) hair_seen |= scalp[v] && known[v] > 0;
+  if (!hair_seen) std::ranges::fill(skin, std::uint8_t(1));
   for (const auto* part : {&scalp, &skin}) fill_mesh(neighbours, known, *part, kColourRounds, proxy.colours);
   proxy.unexplained = unexplained_above(set, proxy, {0, marks.chin, marks.ear_z});
   proxy.crown_unexplained = unexplained_above(set, proxy, {0, marks.brow, marks.ear_z});

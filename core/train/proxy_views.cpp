@@ -9,6 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
 #include "core/scene/mesh_scene.h"
+#include "core/train/head_marks.h"
 #include "core/train/proxy_head.h"
 #include "core/train/random_stream.h"
 
@@ -26,35 +27,41 @@ constexpr double kHiddenBy = 0.005;            // m
 constexpr double kSlant = 0.2, kSquare = 0.5;  // cosines between which the moment's own pixel takes over
 constexpr double kOutline = 0.01;              // of the picture's width, beside the outline
 constexpr int kOwnMatte = 250;
+constexpr float kForeign = 0.4f;  // from the usual colour, encoded: farther than lips, teeth and glints reach
 
-// A view's camera as seen from the head, unit.
-Vec3d direction_of(const TrainingView& view) {
-  return inverse(view.camera.cam_from_world * view.pose.world_from_head).translation().normalized();
+// A view's camera as seen from the middle of the head, unit.
+Vec3d direction_of(const TrainingView& view, const Vec3d& centre) {
+  const Pose head_from_cam = inverse(view.camera.cam_from_world * view.pose.world_from_head);
+  return (head_from_cam.translation() - centre).normalized();
 }
 
-Mat3d orbit(double yaw, double pitch) {
-  return (Eigen::AngleAxisd(yaw, Vec3d::UnitY()) * Eigen::AngleAxisd(-pitch, Vec3d::UnitX()))
-      .toRotationMatrix();
+// In the head frame: of a camera in a direction, up or down first, then round the head.
+Mat3d orbit(const Vec3d& direction, double yaw, double pitch) {
+  const Vec3d side = Vec3d::UnitY().cross(direction).normalized();
+  return (Eigen::AngleAxisd(yaw, Vec3d::UnitY()) * Eigen::AngleAxisd(-pitch, side)).toRotationMatrix();
 }
 
 struct ProxyPlace {
-  std::size_t moment = 0;  // of own views
-  double yaw = 0, pitch = 0;
+  std::size_t moment = 0;          // of own views
+  Mat3d turn = Mat3d::Identity();  // of its camera about the head's middle, head frame
 };
 
-std::vector<ProxyPlace> draw_places(std::span<const TrainingView> own, const ProxyViewOptions& options) {
-  std::vector<Vec3d> filmed;
-  for (const TrainingView& view : own) filmed.push_back(direction_of(view));
+std::vector<ProxyPlace> draw_places(const TrainingSet& set, const Vec3d& centre,
+                                    const ProxyViewOptions& options) {
+  const std::span<const TrainingView> own = own_views(set);
+  std::vector<Vec3d> filmed;  // further clips', too
+  for (const TrainingView& view : set.views) filmed.push_back(direction_of(view, centre));
   const double nearest = std::cos(kRadian * options.beside_deg);
   const std::uint64_t wanted = most_proxies(own.size(), options);
   std::vector<ProxyPlace> places;
   for (std::uint64_t i = 0; places.size() < wanted && i < kTriesEach * wanted; ++i) {
-    RandomStream random(options.seed, kProxyStream, i);
+    RandomStream random(kProxyStream, 0, i);
     ProxyPlace place;
     place.moment = random.below(std::uint32_t(own.size()));
-    place.yaw = kRadian * options.yaw_deg * (2 * double(random.uniform()) - 1);
-    place.pitch = kRadian * options.pitch_deg * (2 * double(random.uniform()) - 1);
-    const Vec3d from = orbit(place.yaw, place.pitch) * filmed[place.moment];
+    const double yaw = kRadian * options.yaw_deg * (2 * double(random.uniform()) - 1),
+                 pitch = kRadian * options.pitch_deg * (2 * double(random.uniform()) - 1);
+    place.turn = orbit(filmed[place.moment], yaw, pitch);
+    const Vec3d from = place.turn * filmed[place.moment];
     if (std::ranges::none_of(filmed, [&](const Vec3d& f) { return f.dot(from) > nearest; }))
       places.push_back(place);
   }
@@ -107,7 +114,9 @@ class Moment {
     if (view_.alpha.at(x, y) < kOwnMatte || (!view_.teaches.empty() && view_.teaches.at(x, y) == 0))
       return usual;
     const float own = float(std::clamp((facing - kSlant) / (kSquare - kSlant), 0.0, 1.0));
-    return own * colour_between(view_.rgb, pixel) + (1 - own) * usual;
+    const Vec3f here = colour_between(view_.rgb, pixel);
+    if ((here - usual).norm() > kForeign) return usual;  // a hand, a cup
+    return own * here + (1 - own) * usual;
   }
 
  private:
@@ -117,6 +126,12 @@ class Moment {
   Vec3d eye_;
   Raster seen_;
 };
+
+bool faces_away(const std::vector<Vec3f>& posed, const Triangle& triangle, const Vec3f& eye) {
+  const Vec3f &a = posed[std::size_t(triangle[0])], &b = posed[std::size_t(triangle[1])],
+              &c = posed[std::size_t(triangle[2])];
+  return (b - a).cross(c - a).dot(eye - a) < 0;
+}
 
 // Where the outline is believed: above a place in the picture; nowhere if `up` is zero.
 struct Believed {
@@ -147,7 +162,7 @@ TrainingView picture_from(const TrainingSet& set, const ProxyHead& proxy, const 
   view.pose = filmed.pose, view.camera = filmed.camera, view.has_plate = false;
   const Mat3d head = filmed.pose.world_from_head.linear();
   Pose turn = Pose::Identity();
-  turn.linear() = head * orbit(place.yaw, place.pitch) * head.transpose();
+  turn.linear() = head * place.turn * head.transpose();
   turn.translation() =
       filmed.pose.world_from_head * centre - turn.linear() * (filmed.pose.world_from_head * centre);
   view.camera.cam_from_world = filmed.camera.cam_from_world * inverse(turn);
@@ -155,6 +170,7 @@ TrainingView picture_from(const TrainingSet& set, const ProxyHead& proxy, const 
   const Intrinsics& k = view.camera.intrinsics;
 
   const Moment moment(set, proxy, filmed);
+  const Vec3f eye = inverse(cam_from_head).translation().cast<float>();
   const Raster raster = rasterise(moment.posed(), proxy.triangles, k, cam_from_head);
   Image8 rgb(k.width, k.height, 3), alpha(k.width, k.height, 1), teaches(k.width, k.height, 1);
   for (std::size_t i = 0; i < raster.triangle.size(); ++i) {
@@ -171,7 +187,8 @@ TrainingView picture_from(const TrainingSet& set, const ProxyHead& proxy, const 
     for (int c = 0; c < 3; ++c)
       rgb.data[3 * i + std::size_t(c)] = std::uint8_t(std::lround(255 * std::clamp(colour[c], 0.f, 1.f)));
     alpha.data[i] = 255;
-    teaches.data[i] = height > proxy.base + kNeckKept ? 255 : 0;
+    const bool inner = faces_away(moment.posed(), triangle, eye);  // of the open neck
+    teaches.data[i] = height > proxy.base + kNeckKept && !inner ? 255 : 0;
   }
   // Down to the chin or, where hair hangs, to the brows; in the middle of the head, as from above and below
   // chin and brows lie elsewhere.
@@ -199,17 +216,14 @@ std::vector<TrainingView> make_proxy_views(const TrainingSet& set, const ProxyVi
   const std::span<const TrainingView> own = own_views(set);
   const bool matted = std::ranges::all_of(own, [](const TrainingView& v) { return !v.alpha.empty(); });
   if (own.size() < kFewestViews || !matted) return {};
-  const std::vector<ProxyPlace> places = draw_places(own, options);
-  if (places.empty()) return {};
   const HeadShape shape = shape_head(set.model, set.person);
-  const ProxyHead proxy = make_proxy_head(set, shape);
   const std::vector<Vec3f> rest = pose_head(set.model, shape, neutral_articulation(set.model));
+  const Vec3d centre = head_middle(set.model, rest).cast<double>();
+  const std::vector<ProxyPlace> places = draw_places(set, centre, options);
+  if (places.empty()) return {};
+  const ProxyHead proxy = make_proxy_head(set, shape);
   std::vector<float> heights;
   for (const Vec3f& p : rest) heights.push_back(p.y());
-  // The middle of the head: half a face's width behind the landmarks' middle.
-  Vec3f low = Vec3f::Constant(1e9f), high = -low;
-  for (const Vec3f& p : landmark_positions(set.model, rest)) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  const Vec3d centre = (0.5f * (low + high) - Vec3f(0, 0, 0.5f * (high.x() - low.x()))).cast<double>();
   std::vector<TrainingView> views(places.size());
   parallel_for(places.size(), [&](std::size_t i) {
     views[i] = picture_from(set, proxy, own[places[i].moment], centre, heights, places[i]);

@@ -19,7 +19,6 @@ struct ProxyViewOptions {
   int least = 20;                       // of them
   double beside_deg = 12;               // at least, from every filmed view
   double yaw_deg = 55, pitch_deg = 35;  // at most, from a moment's own view
-  std::uint64_t seed = 0;
 };
 
 // Of the size of the moments' pictures, before no plate; `teaches` leaves out what the proxy does not know:

@@ -6,6 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
+#include "core/train/head_marks.h"
 #include "core/train/ray_choice.h"
 
 namespace likeness {
@@ -17,11 +18,7 @@ constexpr float kTurnedTo = 0.42f;  // cosine
 }  // namespace
 
 OccupancyGrid sides_seen(const TrainingSet& set, const HeadShape& shape, const FieldCube& head) {
-  Vec3f low = Vec3f::Constant(1e9f), high = -low;
-  for (const Vec3f& landmark : landmark_positions(set.model, shape.vertices))
-    low = low.cwiseMin(landmark), high = high.cwiseMax(landmark);
-  // The landmarks lie on the front: the middle of the head is half a face's width behind their middle.
-  const Vec3f middle = 0.5f * (low + high) - Vec3f(0, 0, 0.5f * (high.x() - low.x()));
+  const Vec3f middle = head_middle(set.model, shape.vertices);
   std::vector<Vec3f> eyes;
   for (const TrainingView& view : own_views(set)) {
     const Pose head_from_cam = inverse(view.camera.cam_from_world * view.pose.world_from_head);

@@ -69,7 +69,8 @@ struct TrainingSet {
   bool has_torso = true;
   std::vector<AttributeRegion> attributes;  // whose amounts the views have
   // Pictures that nobody filmed, of sides that the views do not show (core/train/proxy_views.h): learnt
-  // from without a code, and less and less. Whatever is read off the clip is read off the views alone.
+  // from without a code, and less from half of the steps on. Whatever is read off the clip is read off the
+  // views alone.
   std::vector<TrainingView> proxies{};
 };
 // Views and, behind them, proxies: what rays are cast for.

@@ -100,7 +100,7 @@ struct Scene {
     follow_schedule(state);
     set_conditions(state, map, poses, set.attributes);
   }
-  // Whether the proxies' share now falls at another step than before: once, when the steps are settled.
+  // Whether the proxies' share now falls at another step than before: when the steps are settled.
   bool follow_schedule(const TrainingState& state) {
     const std::uint64_t total = state.schedule.total_steps,
                         until = total > 0 ? std::uint64_t(kProxySteps * double(total)) : UINT64_MAX;

@@ -51,7 +51,7 @@ Result<void> film_person(const DemoOptions& film, const fs::path& folder, const 
   const auto filmed = read_text(folder / "film.txt");
   if (filmed && *filmed == words && path_exists(folder / "demo.mp4")) return {};
   std::error_code ignored;
-  fs::remove_all(folder / "truth", ignored);
+  fs::remove_all(folder / "truth", ignored), fs::remove(folder / "film.txt", ignored);
   if (auto written = write_demo_capture(folder, film, progress, stop); !written) return written;
   return write_text(folder / "film.txt", words);
 }

@@ -163,8 +163,8 @@ const std::vector<StudyTable>& study_tables() {
        "With a part more or less",
        "Equal time, if not by steps. warp-grid is without the slice, hyper-grid without the deformation, "
        "concat-grid without either.",
-       {kDefaultModel, "warp-grid", "hyper-grid", "concat-grid", "static-grid", "no-code", "no-torso",
-        "tenth", "landmark-loss", "k-preset", "grid-half", "grid-double", "grid-coarse"},
+       {kDefaultModel, "warp-grid", "hyper-grid", "concat-grid", "static-grid", "no-code", "no-proxies",
+        "no-torso", "tenth", "landmark-loss", "k-preset", "grid-half", "grid-double", "grid-coarse"},
        {"landmarks",      "no-pictures",       "own-shape",       "no-gaze",
         "no-torso-track", "no-person-network", "no-displacement", "no-gaze-slice",
         "no-plate",       "as-filmed",         "code-2",          "code-8",

@@ -17,8 +17,12 @@ namespace {
 
 constexpr double kToDegrees = 180 / std::numbers::pi;
 
-Vec3d seen_from(const TrainingView& view) {
-  return inverse(view.camera.cam_from_world * view.pose.world_from_head).translation().normalized();
+Vec3d seen_from(const TrainingSet& set, const TrainingView& view) {
+  const Vec3d middle = head_middle(set.model, pose_head(set.model, shape_head(set.model, set.person),
+                                                        neutral_articulation(set.model)))
+                           .cast<double>();
+  const Pose head_from_cam = inverse(view.camera.cam_from_world * view.pose.world_from_head);
+  return (head_from_cam.translation() - middle).normalized();
 }
 
 // Bald, so that the model itself is the truth from every side.
@@ -45,7 +49,8 @@ TEST_F(ProxyViews, LieBesideEveryFilmedView) {
   for (const TrainingView& proxy : *proxies_) {
     EXPECT_FALSE(proxy.has_plate);
     for (const TrainingView& view : set_->views)
-      EXPECT_GT(std::acos(std::min(1.0, seen_from(proxy).dot(seen_from(view)))) * kToDegrees, 12);
+      EXPECT_GT(std::acos(std::min(1.0, seen_from(*set_, proxy).dot(seen_from(*set_, view)))) * kToDegrees,
+                12);
   }
 }
 
@@ -115,6 +120,44 @@ TEST_F(ProxyViews, StillKnowTheCrownWhereHairHangs) {
       }
   EXPECT_GT(beside_crown, 4 * 1000);
   EXPECT_LT(beside_cheeks, beside_crown / 5);
+}
+
+// The model's neck is open below: who looks up into it sees its inner side, which is nowhere.
+TEST_F(ProxyViews, DoNotTeachTheInsideOfTheNeck) {
+  int from_below = 0;
+  for (const TrainingView& proxy : *proxies_) {
+    const Pose cam_from_head = proxy.camera.cam_from_world * proxy.pose.world_from_head;
+    const std::vector<Vec3f> posed = head_->posed(proxy.pose.articulation);
+    const Vec3f eye = inverse(cam_from_head).translation().cast<float>();
+    from_below += eye.y() < -0.2f;
+    const Raster raster = rasterise(posed, head_->model.triangles, proxy.camera.intrinsics, cam_from_head);
+    int inner_taught = 0;
+    for (std::size_t i = 0; i < raster.triangle.size(); ++i) {
+      if (raster.triangle[i] < 0) continue;
+      const Triangle& t = head_->model.triangles[std::size_t(raster.triangle[i])];
+      const Vec3f &a = posed[std::size_t(t[0])], &b = posed[std::size_t(t[1])], &c = posed[std::size_t(t[2])];
+      const bool inner = (b - a).cross(c - a).dot(eye - a) < 0;
+      inner_taught += inner && proxy.teaches.at(int(i % 128), int(i / 128)) > 0;
+    }
+    EXPECT_LE(inner_taught, 5);
+  }
+  EXPECT_GT(from_below, 0);
+}
+
+// Sides that a further clip filmed need no proxy.
+TEST_F(ProxyViews, KeepAwayFromFurtherClipsToo) {
+  TrainingSet more = *set_;
+  for (const double turn : {-0.6, 0.6}) {
+    TrainingView side = more.views[0];
+    side.further_clip = 2;
+    side.pose.world_from_head.linear() = head_turn(turn, 0, 0);
+    more.views.push_back(side);
+  }
+  const std::vector<TrainingView> proxies = make_proxy_views(more, {.least = 12});
+  ASSERT_FALSE(proxies.empty());
+  for (const TrainingView& proxy : proxies)
+    for (const TrainingView& view : more.views)
+      EXPECT_GT(std::acos(std::min(1.0, seen_from(more, proxy).dot(seen_from(more, view)))) * kToDegrees, 12);
 }
 
 TEST_F(ProxyViews, NeedMattesAndSidesThatWereNotFilmed) {

@@ -121,6 +121,10 @@ TEST(ChooseRays, ProxiesHaveAShareThatFallsAndNeverACode) {
       const bool proxy = row % 5 >= 3;
       EXPECT_EQ(std::lround(255 * batch.target[i].x()), 10 * (row % 5)) << "another picture's colour";
       proxies += proxy, with_code += proxy && row < 5;
+      if (!proxy) continue;
+      MarchVolumes torso = volumes;
+      torso.fields[0] = {};
+      EXPECT_FALSE(meets_volume(batch.requests[i], torso)) << "a proxy shows no torso";
     }
     EXPECT_EQ(with_code, 0);
     return proxies;
