@@ -7,7 +7,6 @@
 // by colours that depend on the direction of view, both of which fall apart from the side.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "core/train/train.h"
