@@ -369,8 +369,9 @@ class Caster : public RayCaster {
       RayView& view = host_views_[v];
       view.lens = {k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2};
       view.width = from.rgb.width, view.height = from.rgb.height;
-      view.further = from.further_clip != 0, view.head_only = view.further || v >= set_.views.size();
-      view.has_alpha = !from.alpha.empty();
+      view.further = from.further_clip != 0, view.has_alpha = !from.alpha.empty();
+      const LearntPart part = learnt_part(from);
+      view.alone = part == LearntPart::person ? -1 : part == LearntPart::head ? 0 : 1;
       const PlateOfView plate = plate_of(set_, from);
       view.plate = plate.rgb->empty() ? -1 : plate_at[plate.rgb];
       view.mosaic = mosaic_place(set_, from);

@@ -48,6 +48,7 @@ std::string view_fingerprint(const TrainingView& view) {
   add_hash(text, view.rgb.data);
   add_hash(text, to_image(view.alpha).data);
   if (view.further_clip != 0) text += fmt::format("clip {}\n", view.further_clip);
+  if (view.part != LearntPart::person) text += fmt::format("part {}\n", int(view.part));
   if (!view.teaches.empty()) add_hash(text, to_image(view.teaches).data);
   return hash_text(text);
 }

@@ -27,12 +27,13 @@ struct RayView {
   std::int32_t width, height;
   PixelBox face;
   float gain[3];
-  std::int32_t further, head_only, has_alpha;  // head_only: of a further clip, or a proxy
-  std::int64_t plate;                          // its first pixel, or -1: there is none
-  MosaicPlace mosaic;                          // of width 0: the plate is what the view sees
-  std::int64_t teaches;                        // the first of its bits, or -1: everywhere
-  std::uint64_t pixels;                        // its first pixel
-  std::uint64_t frame;                         // bytes, of its FrameNumbers
+  std::int32_t further, has_alpha;
+  std::int32_t alone;    // the field that is learnt by it alone, or -1
+  std::int64_t plate;    // its first pixel, or -1: there is none
+  MosaicPlace mosaic;    // of width 0: the plate is what the view sees
+  std::int64_t teaches;  // the first of its bits, or -1: everywhere
+  std::uint64_t pixels;  // its first pixel
+  std::uint64_t frame;   // bytes, of its FrameNumbers
 };
 
 struct RayViews {
@@ -243,14 +244,15 @@ struct DeviceViews {
     const double length = sqrt(u * u + w * w + 1);
     direction[0] = float(u / length), direction[1] = float(w / length), direction[2] = float(1 / length);
     const FrameNumbers& frame = frame_of(a.views, v);
+    const int alone = view(v).alone;
     const auto walk = [&](int f, float far, const auto& visit) {
-      if (!a.scene.grid[f].there || (f == 1 && view(v).head_only != 0)) return far;
+      if (!a.scene.grid[f].there || (alone >= 0 && f != alone)) return far;
       return walk_cells(unit_ray(frame, f, direction), a.scene.grid[f].resolution,
                         GridContents(a.scene, frame, neck_cells_of(a.views, v, frame), f), a.scene.near, far,
                         visit);
     };
     const bool met = meets_cells(walk, a.scene.far, from);
-    if (view(v).head_only != 0) from[1] = INFINITY;
+    if (alone >= 0) from[1 - alone] = INFINITY;
     return met;
   }
 };

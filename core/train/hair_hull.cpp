@@ -64,8 +64,10 @@ std::vector<float> hairy_by_place(const HeadModel& model, const std::vector<Vec3
 // top of the head.
 void find_hairline(const TrainingSet& set, const HeadShape& shape, const std::vector<Triangle>& triangles,
                    const std::vector<Vec3f>& rest, std::vector<float>& hairy) {
-  const ViewColours seen = gather_colours(
-      set, triangles, [&](const Articulation& a) { return pose_head(set.model, shape, a); }, kHairlineViews);
+  const auto pose = [&](const TrainingView& view) {
+    return PosedSurface{pose_head(set.model, shape, view.pose.articulation), view.pose.world_from_head};
+  };
+  const ViewColours seen = gather_colours(set, triangles, pose, kHairlineViews);
   if (seen.colour.empty()) return;
   const auto landmarks = landmark_positions(set.model, rest);
   float top = -1e9f;

@@ -2,12 +2,14 @@
 #include "core/train/head_marks.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace likeness {
 namespace {
 
 constexpr int kChin = 8, kRightEar = 0, kLeftEar = 16, kRightBrow = 19, kLeftBrow = 24, kNoseBase = 33;
 constexpr float kNeckLength = 0.045f;  // m from the chin down to the base of the neck
+constexpr float kNeckRing = 0.02f;     // m above and below the base
 
 }  // namespace
 
@@ -24,6 +26,16 @@ HeadMarks head_marks(const HeadModel& model, const HeadShape& shape) {
     if (is_skin(model, v)) lowest = std::min(lowest, posed[v].y());
   marks.base = std::max(marks.chin - kNeckLength, lowest + 0.005f);
   return marks;
+}
+
+float neck_axis(const HeadModel& model, const HeadShape& shape) {
+  const float base = head_marks(model, shape).base;
+  const std::vector<Vec3f> neutral = pose_head(model, shape, neutral_articulation(model));
+  double sum = 0;
+  int count = 0;
+  for (std::size_t v = 0; v < neutral.size(); ++v)
+    if (is_skin(model, v) && std::abs(neutral[v].y() - base) < kNeckRing) sum += neutral[v].z(), ++count;
+  return count > 0 ? float(sum / count) : shape.joints[kNeck].z();
 }
 
 Vec3f head_middle(const HeadModel& model, const std::vector<Vec3f>& posed) {

@@ -14,6 +14,9 @@ struct HeadMarks {
 };
 HeadMarks head_marks(const HeadModel& model, const HeadShape& shape);
 
+// Depth of the neck's axis at its base, m, head frame: the middle of a body, as far as a head knows.
+float neck_axis(const HeadModel& model, const HeadShape& shape);
+
 // The middle of the head, m: half a face's width behind the middle of the landmarks, which lie on its front.
 // posed: the model's vertices.
 Vec3f head_middle(const HeadModel& model, const std::vector<Vec3f>& posed);

@@ -49,6 +49,12 @@ std::vector<Vec3f> pose_proxy(const HeadModel& model, const ProxyHead& proxy,
   return vertices;
 }
 
+ProxyPart head_part(const HeadModel& model, const ProxyHead& proxy) {
+  return {proxy.triangles, proxy.colours, [&model, &proxy](const TrainingView& view) {
+            return PosedSurface{pose_proxy(model, proxy, view.pose.articulation), view.pose.world_from_head};
+          }};
+}
+
 ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   const HeadModel& model = set.model;
   const std::vector<Vec3f> rest = pose_head(model, shape, neutral_articulation(model));
@@ -60,8 +66,10 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
     if (rest[std::size_t(t[0])].y() > proxy.base - kBelowBase) proxy.triangles.push_back(t);
   const HairHull hull = make_hair_hull(set, shape, proxy.triangles);
   proxy.hair = hull.thickness;
-  ViewColours seen = gather_colours(
-      set, proxy.triangles, [&](const Articulation& a) { return pose_proxy(model, proxy, a); }, kColourViews);
+  const auto pose = [&](const TrainingView& view) {
+    return PosedSurface{pose_proxy(model, proxy, view.pose.articulation), view.pose.world_from_head};
+  };
+  ViewColours seen = gather_colours(set, proxy.triangles, pose, kColourViews);
   proxy.colours = std::move(seen.colour);
   proxy.colours.resize(rest.size(), Vec3f::Zero()), seen.weight.resize(rest.size(), 0.f);
   std::vector<float> known(rest.size());

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/head/pose_head.h"
-#include "core/train/train.h"
+#include "core/train/proxy_picture.h"
 
 namespace likeness {
 
@@ -27,5 +27,8 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape);
 // (V) vertices in the head frame, m.
 std::vector<Vec3f> pose_proxy(const HeadModel& model, const ProxyHead& proxy,
                               const Articulation& articulation);
+
+// To be drawn; refers to both.
+ProxyPart head_part(const HeadModel& model, const ProxyHead& proxy);
 
 }  // namespace likeness

@@ -5,11 +5,12 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
-#include "core/scene/mesh_scene.h"
 #include "core/train/head_marks.h"
+#include "core/train/proxy_bust.h"
 #include "core/train/proxy_head.h"
 #include "core/train/random_stream.h"
 
@@ -17,22 +18,19 @@ namespace likeness {
 namespace {
 
 constexpr double kRadian = std::numbers::pi / 180;
-constexpr std::uint64_t kProxyStream = 0x9c0ffeeull;
+constexpr std::uint64_t kProxyStream = 0x9c0ffeeull, kBustStream = 0xb057ull;
 constexpr std::uint64_t kTriesEach = 40;  // drawn places until one lies beside the filmed views
 constexpr std::size_t kFewestViews = 10;  // of a clip that a proxy is made for
 constexpr double kExplained = 0.04,
-                 kRoughly = 0.08;              // of mattes, up to which an outline is believed: crown, all
-constexpr float kNeckKept = 0.02f;             // m above the neck's base: below, clothes may hide it
-constexpr double kHiddenBy = 0.005;            // m
-constexpr double kSlant = 0.2, kSquare = 0.5;  // cosines between which the moment's own pixel takes over
-constexpr double kOutline = 0.01;              // of the picture's width, beside the outline
-constexpr int kOwnMatte = 250;
-constexpr float kForeign = 0.4f;  // from the usual colour, encoded: farther than lips, teeth and glints reach
+                 kRoughly = 0.08;  // of mattes, up to which an outline is believed: crown, all
+constexpr double kBustExplained = 0.08;
+constexpr float kNeckKept = 0.02f;  // m above the neck's base: below, clothes may hide it
+constexpr double kOutline = 0.01;   // of the picture's width, beside the outline
 
-// A view's camera as seen from the middle of the head, unit.
-Vec3d direction_of(const TrainingView& view, const Vec3d& centre) {
-  const Pose head_from_cam = inverse(view.camera.cam_from_world * view.pose.world_from_head);
-  return (head_from_cam.translation() - centre).normalized();
+// A view's camera as seen from a point of a part, unit.
+Vec3d direction_of(const TrainingView& view, const Pose& world_from_part, const Vec3d& centre) {
+  const Pose part_from_cam = inverse(view.camera.cam_from_world * world_from_part);
+  return (part_from_cam.translation() - centre).normalized();
 }
 
 // In the head frame: of a camera in a direction, up or down first, then round the head.
@@ -43,21 +41,19 @@ Mat3d orbit(const Vec3d& direction, double yaw, double pitch) {
 
 struct ProxyPlace {
   std::size_t moment = 0;          // of own views
-  Mat3d turn = Mat3d::Identity();  // of its camera about the head's middle, head frame
+  Mat3d turn = Mat3d::Identity();  // of its camera about the head's middle, in the part's frame
 };
 
-std::vector<ProxyPlace> draw_places(const TrainingSet& set, const Vec3d& centre,
-                                    const ProxyViewOptions& options) {
-  const std::span<const TrainingView> own = own_views(set);
-  std::vector<Vec3d> filmed;  // further clips', too
-  for (const TrainingView& view : set.views) filmed.push_back(direction_of(view, centre));
-  const double nearest = std::cos(kRadian * options.beside_deg);
-  const std::uint64_t wanted = most_proxies(own.size(), options);
+// filmed: directions of all views, own ones first.
+std::vector<ProxyPlace> draw_places(const std::vector<Vec3d>& filmed, std::size_t own, std::uint64_t wanted,
+                                    double beside_deg, const ProxyViewOptions& options,
+                                    std::uint64_t stream) {
+  const double nearest = std::cos(kRadian * beside_deg);
   std::vector<ProxyPlace> places;
   for (std::uint64_t i = 0; places.size() < wanted && i < kTriesEach * wanted; ++i) {
-    RandomStream random(kProxyStream, 0, i);
+    RandomStream random(stream, 0, i);
     ProxyPlace place;
-    place.moment = random.below(std::uint32_t(own.size()));
+    place.moment = random.below(std::uint32_t(own));
     const double yaw = kRadian * options.yaw_deg * (2 * double(random.uniform()) - 1),
                  pitch = kRadian * options.pitch_deg * (2 * double(random.uniform()) - 1);
     place.turn = orbit(filmed[place.moment], yaw, pitch);
@@ -68,84 +64,36 @@ std::vector<ProxyPlace> draw_places(const TrainingSet& set, const Vec3d& centre,
   return places;
 }
 
-Vec3f colour_between(const Image8& picture, const Vec2d& pixel) {
-  const double x = pixel.x() - 0.5, y = pixel.y() - 0.5;
-  const int ix = std::clamp(int(std::floor(x)), 0, picture.width - 2),
-            iy = std::clamp(int(std::floor(y)), 0, picture.height - 2);
-  const float fx = std::clamp(float(x - ix), 0.f, 1.f), fy = std::clamp(float(y - iy), 0.f, 1.f);
-  Vec3f colour;
-  for (int c = 0; c < 3; ++c) {
-    const float upper = (1 - fx) * float(picture.at(ix, iy)[c]) + fx * float(picture.at(ix + 1, iy)[c]),
-                lower =
-                    (1 - fx) * float(picture.at(ix, iy + 1)[c]) + fx * float(picture.at(ix + 1, iy + 1)[c]);
-    colour[c] = ((1 - fy) * upper + fy * lower) / 255.f;
-  }
-  return colour;
+// Of the part that a pose places in the world: a camera moved round a point of it. Its view, before any
+// picture.
+TrainingView moved_camera(const TrainingView& filmed, const Pose& world_from_part, const Vec3d& centre,
+                          const ProxyPlace& place) {
+  TrainingView view;
+  view.pose = filmed.pose, view.camera = filmed.camera, view.has_plate = false;
+  const Mat3d part = world_from_part.linear();
+  Pose turn = Pose::Identity();
+  turn.linear() = part * place.turn * part.transpose();
+  turn.translation() = world_from_part * centre - turn.linear() * (world_from_part * centre);
+  view.camera.cam_from_world = filmed.camera.cam_from_world * inverse(turn);
+  return view;
 }
 
-// A moment's head, and its own picture laid on it.
-class Moment {
- public:
-  Moment(const TrainingSet& set, const ProxyHead& proxy, const TrainingView& view)
-      : view_(view),
-        posed_(pose_proxy(set.model, proxy, view.pose.articulation)),
-        normals_(vertex_normals(posed_, set.model.triangles)),
-        cam_from_head_(view.camera.cam_from_world * view.pose.world_from_head),
-        eye_(inverse(cam_from_head_).translation()),
-        seen_(rasterise(posed_, proxy.triangles, view.camera.intrinsics, cam_from_head_)) {}
-
-  const std::vector<Vec3f>& posed() const { return posed_; }
-
-  // Of a place on a triangle; `usual`: the proxy's colour there.
-  Vec3f colour(const Triangle& triangle, const Vec3f& weights, const Vec3f& usual) const {
-    Vec3f place = Vec3f::Zero(), normal = place;
-    for (int c = 0; c < 3; ++c)
-      place += weights[c] * posed_[std::size_t(triangle[c])],
-          normal += weights[c] * normals_[std::size_t(triangle[c])];
-    const Vec3d p = place.cast<double>(), in_cam = cam_from_head_ * p;
-    const double facing = normal.cast<double>().normalized().dot((eye_ - p).normalized());
-    if (!(facing > kSlant) || !(in_cam.z() > 0)) return usual;
-    const Vec2d pixel = project<double>(view_.camera.intrinsics, in_cam);
-    if (!(pixel.x() >= 1 && pixel.y() >= 1 && pixel.x() < seen_.width - 1 && pixel.y() < seen_.height - 1))
-      return usual;
-    const int x = int(pixel.x()), y = int(pixel.y());
-    const float depth = seen_.depth[std::size_t(y) * std::size_t(seen_.width) + std::size_t(x)];
-    if (depth == 0 || in_cam.z() > depth + kHiddenBy) return usual;
-    if (view_.alpha.at(x, y) < kOwnMatte || (!view_.teaches.empty() && view_.teaches.at(x, y) == 0))
-      return usual;
-    const float own = float(std::clamp((facing - kSlant) / (kSquare - kSlant), 0.0, 1.0));
-    const Vec3f here = colour_between(view_.rgb, pixel);
-    if ((here - usual).norm() > kForeign) return usual;  // a hand, a cup
-    return own * here + (1 - own) * usual;
-  }
-
- private:
-  const TrainingView& view_;
-  std::vector<Vec3f> posed_, normals_;
-  Pose cam_from_head_;
-  Vec3d eye_;
-  Raster seen_;
-};
-
-bool faces_away(const std::vector<Vec3f>& posed, const Triangle& triangle, const Vec3f& eye) {
-  const Vec3f &a = posed[std::size_t(triangle[0])], &b = posed[std::size_t(triangle[1])],
-              &c = posed[std::size_t(triangle[2])];
-  return (b - a).cross(c - a).dot(eye - a) < 0;
-}
-
-// Where the outline is believed: above a place in the picture; nowhere if `up` is zero.
+// Where the outline is believed: on one side of a line in the picture; nowhere if `towards` is zero.
 struct Believed {
-  Vec2d above = Vec2d::Zero(), up = Vec2d::Zero();
-  bool at(int x, int y) const { return (Vec2d(x + 0.5, y + 0.5) - above).dot(up) > 0; }
+  Vec2d from = Vec2d::Zero(), towards = Vec2d::Zero();
+  bool at(int x, int y) const { return (Vec2d(x + 0.5, y + 0.5) - from).dot(towards) > 0; }
 };
 
-// Leaves out the outline itself, and says that nothing lies beside it where it is believed.
-void trim(const Image8& alpha, const Believed& believed, Image8& teaches) {
-  const cv::Mat head(alpha.height, alpha.width, CV_8U, const_cast<std::uint8_t*>(alpha.data.data()));
+// Leaves out the outline itself, and says that nothing lies beside it where it is believed. shown: 255 where
+// anything is seen that is known.
+void trim(const Image8& alpha, const Image8& shown, const Believed& believed, Image8& teaches) {
+  const auto mat = [](const Image8& mask) {
+    return cv::Mat(mask.height, mask.width, CV_8U, const_cast<std::uint8_t*>(mask.data.data()));
+  };
   const int edge = std::max(1, int(std::lround(kOutline * alpha.width)));
   cv::Mat within, around;
-  cv::erode(head, within, cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3}));
-  cv::dilate(head, around, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * edge + 1, 2 * edge + 1}));
+  cv::erode(mat(alpha), within, cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3}));
+  cv::dilate(mat(shown), around, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * edge + 1, 2 * edge + 1}));
   for (int y = 0; y < alpha.height; ++y)
     for (int x = 0; x < alpha.width; ++x) {
       if (*alpha.at(x, y) != 0) {
@@ -156,60 +104,71 @@ void trim(const Image8& alpha, const Believed& believed, Image8& teaches) {
     }
 }
 
-TrainingView picture_from(const TrainingSet& set, const ProxyHead& proxy, const TrainingView& filmed,
-                          const Vec3d& centre, const std::vector<float>& heights, const ProxyPlace& place) {
-  TrainingView view;
-  view.pose = filmed.pose, view.camera = filmed.camera, view.has_plate = false;
-  const Mat3d head = filmed.pose.world_from_head.linear();
-  Pose turn = Pose::Identity();
-  turn.linear() = head * place.turn * head.transpose();
-  turn.translation() =
-      filmed.pose.world_from_head * centre - turn.linear() * (filmed.pose.world_from_head * centre);
-  view.camera.cam_from_world = filmed.camera.cam_from_world * inverse(turn);
-  const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
+TrainingView head_from(const TrainingSet& set, const ProxyHead& proxy, const ProxyPart& part,
+                       const std::vector<float>& heights, const Vec3d& centre, const TrainingView& filmed,
+                       const ProxyPlace& place) {
+  TrainingView view = moved_camera(filmed, filmed.pose.world_from_head, centre, place);
+  view.part = LearntPart::head;
   const Intrinsics& k = view.camera.intrinsics;
-
-  const Moment moment(set, proxy, filmed);
-  const Vec3f eye = inverse(cam_from_head).translation().cast<float>();
-  const Raster raster = rasterise(moment.posed(), proxy.triangles, k, cam_from_head);
-  Image8 rgb(k.width, k.height, 3), alpha(k.width, k.height, 1), teaches(k.width, k.height, 1);
-  for (std::size_t i = 0; i < raster.triangle.size(); ++i) {
-    if (raster.triangle[i] < 0) continue;
-    const Triangle& triangle = proxy.triangles[std::size_t(raster.triangle[i])];
-    const Vec3f& weights = raster.barycentric[i];
-    Vec3f usual = Vec3f::Zero();
+  ProxyPicture picture = draw_proxy(part, nullptr, filmed, view.camera);
+  Image8 teaches(k.width, k.height, 1);
+  for (std::size_t i = 0; i < picture.raster.triangle.size(); ++i) {
+    if (picture.alpha.data[i] == 0) continue;
+    const Triangle& triangle = part.triangles[std::size_t(picture.raster.triangle[i])];
     float height = 0;
-    for (int c = 0; c < 3; ++c) {
-      usual += weights[c] * proxy.colours[std::size_t(triangle[c])];
-      height += weights[c] * heights[std::size_t(triangle[c])];
-    }
-    const Vec3f colour = moment.colour(triangle, weights, usual);
     for (int c = 0; c < 3; ++c)
-      rgb.data[3 * i + std::size_t(c)] = std::uint8_t(std::lround(255 * std::clamp(colour[c], 0.f, 1.f)));
-    alpha.data[i] = 255;
-    const bool inner = faces_away(moment.posed(), triangle, eye);  // of the open neck
-    teaches.data[i] = height > proxy.base + kNeckKept && !inner ? 255 : 0;
+      height += picture.raster.barycentric[i][c] * heights[std::size_t(triangle[c])];
+    teaches.data[i] = height > proxy.base + kNeckKept && picture.inner[i] == 0 ? 255 : 0;
   }
   // Down to the chin or, where hair hangs, to the brows; in the middle of the head, as from above and below
   // chin and brows lie elsewhere.
-  const auto landmarks = landmark_positions(set.model, moment.posed());
+  const auto landmarks = landmark_positions(set.model, part.pose(filmed).vertices);
   constexpr int kChinMark = 8, kJawMark = 0;
   Believed believed;
   if (proxy.crown_unexplained < kExplained) {
     const float height = proxy.unexplained < kRoughly ? landmarks[kChinMark].y() : proxy.brow;
-    believed.above = project<double>(k, Vec3d(cam_from_head * Vec3d(0, height, landmarks[kJawMark].z())));
-    believed.up = (cam_from_head.linear() * Vec3d::UnitY()).head<2>();
+    const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
+    believed.from = project<double>(k, Vec3d(cam_from_head * Vec3d(0, height, landmarks[kJawMark].z())));
+    believed.towards = (cam_from_head.linear() * Vec3d::UnitY()).head<2>();
   }
-  trim(alpha, believed, teaches);
-  view.rgb = std::move(rgb), view.alpha = TiledMask(alpha), view.teaches = TiledMask(teaches);
+  trim(picture.alpha, picture.alpha, believed, teaches);
+  view.rgb = std::move(picture.rgb), view.alpha = TiledMask(picture.alpha), view.teaches = TiledMask(teaches);
   return view;
+}
+
+TrainingView bust_from(const ProxyBust& bust, const ProxyPart& head, const Vec3d& centre,
+                       const TrainingView& filmed, const ProxyPlace& place) {
+  TrainingView view = moved_camera(filmed, filmed.pose.world_from_torso, centre, place);
+  view.part = LearntPart::torso;
+  const Intrinsics& k = view.camera.intrinsics;
+  ProxyPicture picture = draw_proxy(bust.part, &head, filmed, view.camera);
+  Image8 teaches(k.width, k.height, 1), shown(k.width, k.height, 1);
+  for (std::size_t i = 0; i < picture.raster.triangle.size(); ++i) {
+    const int triangle = picture.raster.triangle[i];
+    shown.data[i] = triangle >= 0 || picture.other[i] != 0 ? 255 : 0;
+    if (picture.alpha.data[i] != 0) teaches.data[i] = bust.says[std::size_t(triangle)] != 0 ? 255 : 0;
+  }
+  Believed believed;
+  if (bust.unexplained < kBustExplained) {
+    const Pose cam_from_torso = view.camera.cam_from_world * view.pose.world_from_torso;
+    believed.from = project<double>(k, Vec3d(cam_from_torso * Vec3d(0, bust.top, bust.axis_z)));
+    believed.towards = -(cam_from_torso.linear() * Vec3d::UnitY()).head<2>();
+  }
+  trim(picture.alpha, shown, believed, teaches);
+  view.rgb = std::move(picture.rgb), view.alpha = TiledMask(picture.alpha), view.teaches = TiledMask(teaches);
+  return view;
+}
+
+std::size_t share_of(double share, std::size_t own_views, int least) {
+  if (own_views < kFewestViews) return 0;
+  return std::size_t(std::max(double(least), share * double(own_views)));
 }
 
 }  // namespace
 
 std::size_t most_proxies(std::size_t own_views, const ProxyViewOptions& options) {
-  if (own_views < kFewestViews) return 0;
-  return std::size_t(std::max(double(options.least), options.share * double(own_views)));
+  return share_of(options.share, own_views, options.least) +
+         share_of(options.torso_share, own_views, options.torso_least);
 }
 
 std::vector<TrainingView> make_proxy_views(const TrainingSet& set, const ProxyViewOptions& options) {
@@ -219,14 +178,34 @@ std::vector<TrainingView> make_proxy_views(const TrainingSet& set, const ProxyVi
   const HeadShape shape = shape_head(set.model, set.person);
   const std::vector<Vec3f> rest = pose_head(set.model, shape, neutral_articulation(set.model));
   const Vec3d centre = head_middle(set.model, rest).cast<double>();
-  const std::vector<ProxyPlace> places = draw_places(set, centre, options);
-  if (places.empty()) return {};
+  std::vector<Vec3d> of_head, of_torso;  // of further clips the head alone
+  for (const TrainingView& view : set.views)
+    of_head.push_back(direction_of(view, view.pose.world_from_head, centre));
+  for (const TrainingView& view : own)
+    of_torso.push_back(direction_of(view, view.pose.world_from_torso, centre));
+  const std::vector<ProxyPlace> heads = draw_places(of_head, own.size(),
+                                                    share_of(options.share, own.size(), options.least),
+                                                    options.beside_deg, options, kProxyStream),
+                                busts = draw_places(of_torso, own.size(),
+                                                    set.has_torso ? share_of(options.torso_share, own.size(),
+                                                                             options.torso_least)
+                                                                  : 0,
+                                                    options.torso_beside_deg, options, kBustStream);
+  if (heads.empty() && busts.empty()) return {};
   const ProxyHead proxy = make_proxy_head(set, shape);
+  const ProxyPart head = head_part(set.model, proxy);
   std::vector<float> heights;
   for (const Vec3f& p : rest) heights.push_back(p.y());
-  std::vector<TrainingView> views(places.size());
-  parallel_for(places.size(), [&](std::size_t i) {
-    views[i] = picture_from(set, proxy, own[places[i].moment], centre, heights, places[i]);
+  std::vector<TrainingView> views(heads.size());
+  parallel_for(heads.size(), [&](std::size_t i) {
+    views[i] = head_from(set, proxy, head, heights, centre, own[heads[i].moment], heads[i]);
+  });
+  if (busts.empty()) return views;
+  const std::optional<ProxyBust> bust = make_proxy_bust(set, shape, head);
+  if (!bust) return views;
+  views.resize(heads.size() + busts.size());
+  parallel_for(busts.size(), [&](std::size_t i) {
+    views[heads.size() + i] = bust_from(*bust, head, centre, own[busts[i].moment], busts[i]);
   });
   return views;
 }

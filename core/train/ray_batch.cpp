@@ -28,8 +28,9 @@ void aim(const RaySource& source, const MarchVolumes& volumes, std::size_t v, Pi
       ray_direction(view.camera.intrinsics, Vec2d(pixel.x + 0.5, pixel.y + 0.5)).normalized().cast<float>();
   for (int f = 0; f < 2; ++f)
     if (volumes.fields[f].occupancy) request.fields[f] = field_ray(source.views[v].maps[f], direction);
-  // Only the own clip's frames show the avatar's torso.
-  if (view.further_clip != 0 || v >= source.set->views.size()) request.fields[1] = kNowhere;
+  const LearntPart part = learnt_part(view);
+  if (part == LearntPart::torso) request.fields[0] = kNowhere;
+  if (part == LearntPart::head) request.fields[1] = kNowhere;
   request.nothing_before = {};
 }
 

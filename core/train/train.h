@@ -27,6 +27,9 @@ namespace likeness {
 
 class Backend;  // core/render/backend.h
 
+// What of the avatar a picture is learnt by.
+enum class LearntPart { person, head, torso };
+
 // One training picture.
 struct TrainingView {
   Camera camera;    // crop intrinsics at `size`; translation in metres
@@ -44,7 +47,13 @@ struct TrainingView {
   // What was filmed of the picture; empty: all of it. Nothing is known of the rest, which `teaches` leaves
   // out.
   PixelRect inside{};
+  LearntPart part = LearntPart::person;  // see learnt_part
 };
+
+// By what a ray through the view is met: of further clips the head alone, otherwise what the view says.
+inline LearntPart learnt_part(const TrainingView& view) {
+  return view.further_clip != 0 ? LearntPart::head : view.part;
+}
 
 // The background of a further clip: as plate, plate_known and plate_camera below.
 struct FurtherPlate {

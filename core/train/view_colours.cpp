@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "core/base/rigid.h"
-#include "core/scene/mesh_scene.h"
 
 namespace likeness {
 namespace {
@@ -22,27 +21,31 @@ std::vector<std::size_t> evenly(std::size_t count, int most) {
 }
 
 ViewColours gather_colours(const TrainingSet& set, const std::vector<Triangle>& triangles,
-                           const std::function<std::vector<Vec3f>(const Articulation&)>& pose, int most) {
+                           const PoseSurface& pose, int most, const SeeBefore& before) {
   const std::span<const TrainingView> own = own_views(set);
   ViewColours colours;
   for (const std::size_t i : evenly(own.size(), most)) {
     const TrainingView& view = own[i];
-    const std::vector<Vec3f> posed = pose(view.pose.articulation);
+    const PosedSurface surface = pose(view);
+    const std::vector<Vec3f>& posed = surface.vertices;
     colours.colour.resize(posed.size(), Vec3f::Zero()), colours.weight.resize(posed.size(), 0.f);
     const std::vector<Vec3f> normals = vertex_normals(posed, triangles);
-    const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
-    const Vec3d eye = inverse(cam_from_head).translation();
-    const Raster raster = rasterise(posed, triangles, view.camera.intrinsics, cam_from_head);
+    const Pose cam_from_surface = view.camera.cam_from_world * surface.world_from_surface;
+    const Vec3d eye = inverse(cam_from_surface).translation();
+    const Raster raster = rasterise(posed, triangles, view.camera.intrinsics, cam_from_surface);
+    const Raster other = before ? before(view) : Raster();
     for (std::size_t v = 0; v < posed.size(); ++v) {
-      const Vec3d p = posed[v].cast<double>(), in_cam = cam_from_head * p;
+      const Vec3d p = posed[v].cast<double>(), in_cam = cam_from_surface * p;
       const double facing = normals[v].cast<double>().dot((eye - p).normalized());
       if (!(in_cam.z() > 0) || !(facing > kSlantest)) continue;
       const Vec2d pixel = project<double>(view.camera.intrinsics, in_cam);
       if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < raster.width && pixel.y() < raster.height))
         continue;
       const int x = int(pixel.x()), y = int(pixel.y());
-      const float depth = raster.depth[std::size_t(y) * std::size_t(raster.width) + std::size_t(x)];
+      const std::size_t pixel_index = std::size_t(y) * std::size_t(raster.width) + std::size_t(x);
+      const float depth = raster.depth[pixel_index];
       if (depth == 0 || in_cam.z() > depth + kHiddenBehind) continue;
+      if (before && other.depth[pixel_index] > 0 && other.depth[pixel_index] < in_cam.z()) continue;
       if (!view.alpha.empty() && view.alpha.at(x, y) < kInside) continue;
       const float weight = float(facing * facing * facing);
       const std::uint8_t* c = view.rgb.at(x, y);

@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "core/base/linalg.h"
+#include "core/scene/mesh_scene.h"
 #include "core/train/train.h"
 
 namespace likeness {
@@ -13,14 +15,23 @@ namespace likeness {
 // At most `most` numbers below `count`, evenly spread.
 std::vector<std::size_t> evenly(std::size_t count, int most);
 
+// A surface at a view's moment.
+struct PosedSurface {
+  std::vector<Vec3f> vertices;  // m, surface's frame
+  Pose world_from_surface = Pose::Identity();
+};
+using PoseSurface = std::function<PosedSurface(const TrainingView&)>;
+// What a view's camera sees of another surface, which may hide the first.
+using SeeBefore = std::function<Raster(const TrainingView&)>;
+
 struct ViewColours {
   std::vector<Vec3f> colour;  // (V) sRGB-encoded, [0, 1]; zero where no picture shows the place
   std::vector<float> weight;  // (V) sum over the pictures of how squarely they face it, cubed
 };
 
-// pose: (V) vertices of the surface for an articulation, head frame, m; `triangles` are theirs, and hide what
-// lies behind them. Own views alone, at most `most` of them; where there is a matte, only inside the person.
+// `triangles` are the surface's, and hide what lies behind them, as does what `before` sees, if given. Own
+// views alone, at most `most` of them; where there is a matte, only inside the person.
 ViewColours gather_colours(const TrainingSet& set, const std::vector<Triangle>& triangles,
-                           const std::function<std::vector<Vec3f>(const Articulation&)>& pose, int most);
+                           const PoseSurface& pose, int most, const SeeBefore& before = {});
 
 }  // namespace likeness

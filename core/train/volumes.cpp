@@ -259,17 +259,6 @@ bool in_body(const HeadMarks& marks, float axis_z, const Vec3f& p) {
   return x * x * x * x + z * z < 1;
 }
 
-// Depth of the neck's axis at its base.
-float neck_axis(const TrainingSet& set, const HeadShape& shape, const HeadMarks& marks) {
-  const std::vector<Vec3f> neutral = pose_head(set.model, shape, neutral_articulation(set.model));
-  double sum = 0;
-  int count = 0;
-  for (std::size_t v = 0; v < neutral.size(); ++v)
-    if (is_skin(set.model, v) && std::abs(neutral[v].y() - marks.base) < 0.02f)
-      sum += neutral[v].z(), ++count;
-  return count > 0 ? float(sum / count) : shape.joints[kNeck].z();
-}
-
 // Both frames coincide in the straight neck, so a place of the torso is one of the head. The neck above the
 // collar belongs only to the head: a second one on the torso would stay behind when the head moves.
 bool is_neck(const Volume& head, const HeadMarks& marks, const Vec3f& p) {
@@ -344,7 +333,7 @@ Volumes make_volumes(const TrainingSet& set, const HeadShape& shape, const Volum
   volumes.head.still =
       still_cells(set.model, shape, articulations, volumes.head.cube, options.head_resolution);
   if (set.has_torso) {
-    const float axis_z = neck_axis(set, shape, marks);
+    const float axis_z = neck_axis(set.model, shape);
     volumes.torso = torso_volume(set, shape, volumes.head, axis_z, marks, options);
     if (volumes.torso) {
       const float top = marks.chin - kNeckBelowChin;

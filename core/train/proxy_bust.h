@@ -1,0 +1,26 @@
+// A body as far as its outline tells: what the mattes show below the neck, blown up to the thickness of a
+// chest and closed behind, at the sides and where the pictures end.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "core/head/pose_head.h"
+#include "core/train/proxy_picture.h"
+
+namespace likeness {
+
+struct ProxyBust {
+  ProxyPart part;                  // vertices in the torso frame
+  std::vector<std::uint8_t> says;  // (F) 0: where the clip's pictures or the neck cut it off above and below
+  float top = 0, axis_z = 0;       // m, torso frame: its upper end, the depth of its middle
+  // Share of the mattes' pixels below its upper end that lie outside its silhouette: arms, other people.
+  double unexplained = 1;
+};
+
+// head: hides what is behind chin and neck. From own views; they need mattes. Refers to the set. nullopt
+// where they hardly show a torso.
+std::optional<ProxyBust> make_proxy_bust(const TrainingSet& set, const HeadShape& shape,
+                                         const ProxyPart& head);
+
+}  // namespace likeness
