@@ -14,13 +14,15 @@
 #include "core/scene/head_regions.h"
 #include "core/train/fill_mesh.h"
 #include "core/train/head_marks.h"
+#include "core/train/volumes.h"
 
 namespace likeness {
 namespace {
 
-constexpr int kOutlineViews = 24, kBustColourViews = 24, kBustExplainViews = 8, kBustRounds = 800;
+constexpr int kOutlineViews = 24, kBustColourViews = 24, kBustRounds = 800;
 constexpr float kNode = 0.005f;                    // m between nodes
 constexpr float kHalfWidth = 0.5f, kDeep = 0.45f;  // m beside the axis, below the neck's base
+constexpr float kNeckBand = 0.025f;                // m above it, up to about the chin
 constexpr float kAboveNeckBase = 0.02f;            // m: the upper end
 constexpr float kNeckRadius = 0.065f,
                 kChestRadius = 0.105f;  // m: half of the thickness, far from the outline
@@ -196,30 +198,6 @@ std::vector<Vec3f> surface_of(const Plane& plane, std::vector<Triangle>& triangl
   return vertices;
 }
 
-double unexplained_below(const TrainingSet& set, const ProxyBust& bust, const ProxyPart& head) {
-  const std::span<const TrainingView> own = own_views(set);
-  std::size_t person = 0, beside = 0;
-  for (const std::size_t i : evenly(own.size(), kBustExplainViews)) {
-    const TrainingView& view = own[i];
-    const PosedSurface body = bust.part.pose(view), face = head.pose(view);
-    const Pose cam_from_torso = view.camera.cam_from_world * body.world_from_surface;
-    const Image8 explained =
-                     silhouette(body.vertices, bust.part.triangles, view.camera.intrinsics, cam_from_torso),
-                 hides = silhouette(face.vertices, head.triangles, view.camera.intrinsics,
-                                    view.camera.cam_from_world * face.world_from_surface);
-    const Vec2d from = project<double>(view.camera.intrinsics,
-                                       Vec3d(cam_from_torso * Vec3d(0, bust.top, bust.axis_z))),
-                up = (cam_from_torso.linear() * Vec3d::UnitY()).head<2>();
-    for (int y = 0; y < explained.height; ++y)
-      for (int x = 0; x < explained.width; ++x) {
-        if (view.alpha.at(x, y) < 128 || (Vec2d(x + 0.5, y + 0.5) - from).dot(up) > 0) continue;
-        if (*hides.at(x, y) != 0) continue;
-        ++person, beside += *explained.at(x, y) == 0;
-      }
-  }
-  return person > 0 ? double(beside) / double(person) : 1;
-}
-
 }  // namespace
 
 std::optional<ProxyBust> make_proxy_bust(const TrainingSet& set, const HeadShape& shape,
@@ -252,7 +230,15 @@ std::optional<ProxyBust> make_proxy_bust(const TrainingSet& set, const HeadShape
   bust.part.colours = std::move(seen.colour);
   fill_mesh(vertex_neighbours(int(known.size()), bust.part.triangles), known, all, kBustRounds,
             bust.part.colours);
-  bust.unexplained = unexplained_below(set, bust, head);
+  const std::array<const ProxyPart*, 2> parts{&bust.part, &head};
+  const auto above = [&](const TrainingView& view, double height) {
+    return above_place(view, view.pose.world_from_torso, {0, height, bust.axis_z});
+  };
+  bust.unexplained = unexplained(
+      set, parts, [&](const TrainingView& view) { return std::vector{other_half(above(view, bust.top))}; });
+  bust.neck_unexplained = unexplained(set, parts, [&](const TrainingView& view) {
+    return std::vector{above(view, bust.top), other_half(above(view, bust.top + kNeckBand))};
+  });
   return bust;
 }
 

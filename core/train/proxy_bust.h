@@ -14,8 +14,9 @@ struct ProxyBust {
   ProxyPart part;                  // vertices in the torso frame
   std::vector<std::uint8_t> says;  // (F) 0: where the clip's pictures or the neck cut it off above and below
   float top = 0, axis_z = 0;       // m, torso frame: its upper end, the depth of its middle
-  // Share of the mattes' pixels below its upper end that lie outside its silhouette: arms, other people.
-  double unexplained = 1;
+  // Shares of the mattes' pixels below its upper end, and from there to the chin, that neither it nor the
+  // head explains: arms and other people; hair, collars and raised shoulders.
+  double unexplained = 1, neck_unexplained = 1;
 };
 
 // head: hides what is behind chin and neck. From own views; they need mattes. Refers to the set. nullopt

@@ -8,36 +8,18 @@
 #include "core/train/fill_mesh.h"
 #include "core/train/hair_hull.h"
 #include "core/train/head_marks.h"
+#include "core/train/mouth_colours.h"
 #include "core/train/view_colours.h"
 
 namespace likeness {
 namespace {
 
-constexpr int kColourViews = 32, kExplainViews = 8, kColourRounds = 600;
+constexpr int kColourViews = 32, kColourRounds = 600;
 constexpr float kScalp = 0.95f;      // HairHull::hairy, from which a place is coloured as hair
 constexpr float kBelowBase = 0.03f;  // m of neck that are kept
-constexpr float kWellSeen = 0.3f;    // ViewColours::weight from which a colour is certain
-
-// Share of the mattes above a height of the head at rest that lies outside the proxy.
-double unexplained_above(const TrainingSet& set, const ProxyHead& proxy, const Vec3f& height) {
-  const std::span<const TrainingView> own = own_views(set);
-  std::size_t person = 0, outside = 0;
-  for (const std::size_t i : evenly(own.size(), kExplainViews)) {
-    const TrainingView& view = own[i];
-    if (view.alpha.empty()) continue;
-    const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
-    const Image8 mask = silhouette(pose_proxy(set.model, proxy, view.pose.articulation), proxy.triangles,
-                                   view.camera.intrinsics, cam_from_head);
-    const Vec2d from = project<double>(view.camera.intrinsics, Vec3d(cam_from_head * height.cast<double>()));
-    const Vec2d up = (cam_from_head.linear() * Vec3d::UnitY()).head<2>();
-    for (int y = 0; y < mask.height; ++y)
-      for (int x = 0; x < mask.width; ++x) {
-        if (view.alpha.at(x, y) < 128 || (Vec2d(x + 0.5, y + 0.5) - from).dot(up) < 0) continue;
-        ++person, outside += *mask.at(x, y) == 0;
-      }
-  }
-  return person > 0 ? double(outside) / double(person) : 1;
-}
+// ViewColours::weight from which a colour is certain. Lips that part a little show themselves where the model
+// has teeth.
+constexpr float kWellSeen = 0.3f, kMouthSeen = 4;
 
 }  // namespace
 
@@ -61,7 +43,7 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   ProxyHead proxy;
   proxy.shape = shape;
   const HeadMarks marks = head_marks(model, shape);
-  proxy.base = marks.base, proxy.brow = marks.brow;
+  proxy.base = marks.base, proxy.brow = marks.brow, proxy.axis_z = neck_axis(model, shape);
   for (const Triangle& t : model.triangles)
     if (rest[std::size_t(t[0])].y() > proxy.base - kBelowBase) proxy.triangles.push_back(t);
   const HairHull hull = make_hair_hull(set, shape, proxy.triangles);
@@ -74,10 +56,12 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   proxy.colours.resize(rest.size(), Vec3f::Zero()), seen.weight.resize(rest.size(), 0.f);
   std::vector<float> known(rest.size());
   std::vector<std::uint8_t> scalp(rest.size()), skin(rest.size());
+  const std::vector<std::uint8_t> mouth = inside_mouth(model);
   for (std::size_t v = 0; v < rest.size(); ++v) {
-    known[v] = std::min(1.f, seen.weight[v] / kWellSeen);
+    known[v] = std::min(1.f, seen.weight[v] / (mouth[v] ? kMouthSeen : kWellSeen));
     scalp[v] = hull.hairy[v] > kScalp, skin[v] = !scalp[v];
   }
+  colour_mouth(model, rest, known, proxy.colours);
   // Hair takes no colour from the skin beside it.
   const auto neighbours = vertex_neighbours(int(rest.size()), model.triangles);
   // Where no frame shows any hair, it looks like what is beside it.
@@ -85,8 +69,15 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   for (std::size_t v = 0; v < rest.size(); ++v) hair_seen |= scalp[v] && known[v] > 0;
   if (!hair_seen) std::ranges::fill(skin, std::uint8_t(1));
   for (const auto* part : {&scalp, &skin}) fill_mesh(neighbours, known, *part, kColourRounds, proxy.colours);
-  proxy.unexplained = unexplained_above(set, proxy, {0, marks.chin, marks.ear_z});
-  proxy.crown_unexplained = unexplained_above(set, proxy, {0, marks.brow, marks.ear_z});
+  const ProxyPart part = head_part(model, proxy);
+  const ProxyPart* const alone = &part;
+  const auto unexplained_above = [&](double height) {
+    return unexplained(set, {&alone, 1}, [&](const TrainingView& view) {
+      return std::vector{above_place(view, view.pose.world_from_head, {0, height, marks.ear_z})};
+    });
+  };
+  proxy.unexplained = unexplained_above(marks.chin);
+  proxy.crown_unexplained = unexplained_above(marks.brow);
   return proxy;
 }
 

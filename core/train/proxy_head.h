@@ -16,6 +16,7 @@ struct ProxyHead {
   std::vector<float> hair;          // (V) m outwards along the normal
   std::vector<Vec3f> colours;       // (V) sRGB-encoded, [0, 1]
   float base = 0, brow = 0;         // m, head frame: heights of the neck's base and of the brows
+  float axis_z = 0;                 // m, head frame: depth of the neck's axis
   // Shares of the mattes' pixels above the chin and above the brows that lie outside its silhouette: hair
   // that hangs, hats, hands.
   double unexplained = 1, crown_unexplained = 1;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kHiddenBy = 0.005;            // m
 constexpr double kSlant = 0.2, kSquare = 0.5;  // cosines between which the moment's own pixel takes over
-constexpr int kOwnMatte = 250;
+constexpr int kOwnMatte = 250, kExplainViews = 8;
 constexpr float kForeign = 0.4f;  // from the usual colour, encoded: farther than lips, teeth and glints reach
 
 Vec3f colour_between(const Image8& picture, const Vec2d& pixel) {
@@ -48,8 +48,6 @@ class Moment {
         seen_(rasterise(surface_.vertices, part.triangles, view.camera.intrinsics, cam_from_surface_)) {
     if (before != nullptr) before_ = raster_of(*before, view, view.camera);
   }
-
-  const PosedSurface& surface() const { return surface_; }
 
   // Of a place on a triangle; `usual`: the part's colour there.
   Vec3f colour(const Triangle& triangle, const Vec3f& weights, const Vec3f& usual) const {
@@ -94,18 +92,19 @@ bool faces_away(const std::vector<Vec3f>& posed, const Triangle& triangle, const
 }  // namespace
 
 ProxyPicture draw_proxy(const ProxyPart& part, const ProxyPart* before, const TrainingView& moment,
-                        const Camera& camera) {
+                        const TrainingView& shown) {
   const Moment own(part, before, moment);
-  const Pose cam_from_surface = camera.cam_from_world * own.surface().world_from_surface;
+  const PosedSurface posed = part.pose(shown);
+  const Pose cam_from_surface = shown.camera.cam_from_world * posed.world_from_surface;
   const Vec3f eye = inverse(cam_from_surface).translation().cast<float>();
-  const Intrinsics& k = camera.intrinsics;
+  const Intrinsics& k = shown.camera.intrinsics;
   ProxyPicture picture;
-  picture.raster = rasterise(own.surface().vertices, part.triangles, k, cam_from_surface);
+  picture.raster = rasterise(posed.vertices, part.triangles, k, cam_from_surface);
   picture.rgb = Image8(k.width, k.height, 3), picture.alpha = Image8(k.width, k.height, 1);
   const std::size_t pixels = picture.raster.triangle.size();
   picture.other.assign(pixels, 0), picture.inner.assign(pixels, 0);
   const std::optional<Raster> hides =
-      before != nullptr ? std::optional(raster_of(*before, moment, camera)) : std::nullopt;
+      before != nullptr ? std::optional(raster_of(*before, shown, shown.camera)) : std::nullopt;
   for (std::size_t i = 0; i < pixels; ++i) {
     picture.other[i] = hides && hides->depth[i] > 0;
     if (picture.raster.triangle[i] < 0) continue;
@@ -119,9 +118,45 @@ ProxyPicture draw_proxy(const ProxyPart& part, const ProxyPart* before, const Tr
       picture.rgb.data[3 * i + std::size_t(c)] =
           std::uint8_t(std::lround(255 * std::clamp(colour[c], 0.f, 1.f)));
     picture.alpha.data[i] = 255;
-    picture.inner[i] = faces_away(own.surface().vertices, triangle, eye);
+    picture.inner[i] = faces_away(posed.vertices, triangle, eye);
   }
   return picture;
+}
+
+HalfPicture above_place(const TrainingView& view, const Pose& world_from_part, const Vec3d& place) {
+  const Pose cam_from_part = view.camera.cam_from_world * world_from_part;
+  return {project<double>(view.camera.intrinsics, Vec3d(cam_from_part * place)),
+          (cam_from_part.linear() * Vec3d::UnitY()).head<2>()};
+}
+
+HalfPicture other_half(HalfPicture half) {
+  half.towards = -half.towards;
+  return half;
+}
+
+double unexplained(const TrainingSet& set, std::span<const ProxyPart* const> parts,
+                   const std::function<std::vector<HalfPicture>(const TrainingView&)>& halves) {
+  const std::span<const TrainingView> own = own_views(set);
+  std::size_t person = 0, outside = 0;
+  for (const std::size_t i : evenly(own.size(), kExplainViews)) {
+    const TrainingView& view = own[i];
+    if (view.alpha.empty()) continue;
+    std::vector<Image8> masks;
+    for (const ProxyPart* part : parts) {
+      const PosedSurface posed = part->pose(view);
+      masks.push_back(silhouette(posed.vertices, part->triangles, view.camera.intrinsics,
+                                 view.camera.cam_from_world * posed.world_from_surface));
+    }
+    const std::vector<HalfPicture> within = halves(view);
+    for (int y = 0; y < view.alpha.height; ++y)
+      for (int x = 0; x < view.alpha.width; ++x) {
+        if (view.alpha.at(x, y) < 128) continue;
+        if (!std::ranges::all_of(within, [&](const HalfPicture& half) { return half.at(x, y); })) continue;
+        ++person;
+        outside += std::ranges::none_of(masks, [&](const Image8& mask) { return *mask.at(x, y) != 0; });
+      }
+  }
+  return person > 0 ? double(outside) / double(person) : 1;
 }
 
 }  // namespace likeness

@@ -13,17 +13,18 @@
 #include "core/train/proxy_bust.h"
 #include "core/train/proxy_head.h"
 #include "core/train/random_stream.h"
+#include "core/train/unseen_expressions.h"
 
 namespace likeness {
 namespace {
 
 constexpr double kRadian = std::numbers::pi / 180;
-constexpr std::uint64_t kProxyStream = 0x9c0ffeeull, kBustStream = 0xb057ull;
+constexpr std::uint64_t kProxyStream = 0x9c0ffeeull, kBustStream = 0xb057ull, kFaceStream = 0xfaceull;
 constexpr std::uint64_t kTriesEach = 40;  // drawn places until one lies beside the filmed views
 constexpr std::size_t kFewestViews = 10;  // of a clip that a proxy is made for
 constexpr double kExplained = 0.04,
                  kRoughly = 0.08;  // of mattes, up to which an outline is believed: crown, all
-constexpr double kBustExplained = 0.08;
+constexpr double kBustExplained = 0.08, kAboveNeck = 0.1;  // the second in m: beyond all of a torso
 constexpr float kNeckKept = 0.02f;  // m above the neck's base: below, clothes may hide it
 constexpr double kOutline = 0.01;   // of the picture's width, beside the outline
 
@@ -40,8 +41,9 @@ Mat3d orbit(const Vec3d& direction, double yaw, double pitch) {
 }
 
 struct ProxyPlace {
-  std::size_t moment = 0;          // of own views
-  Mat3d turn = Mat3d::Identity();  // of its camera about the head's middle, in the part's frame
+  std::size_t moment = 0;              // of own views
+  Mat3d turn = Mat3d::Identity();      // of its camera about the head's middle, in the part's frame
+  std::optional<Articulation> face{};  // unless it is the moment's own
 };
 
 // filmed: directions of all views, own ones first.
@@ -64,6 +66,25 @@ std::vector<ProxyPlace> draw_places(const std::vector<Vec3d>& filmed, std::size_
   return places;
 }
 
+// Faces that the clip never shows, from near its own sides.
+std::vector<ProxyPlace> draw_faces(const UnseenExpressions& unseen, const std::vector<Vec3d>& filmed,
+                                   std::span<const TrainingView> own, std::uint64_t wanted,
+                                   const ProxyViewOptions& options) {
+  std::vector<ProxyPlace> places;
+  if (unseen.actions.empty()) return places;
+  for (std::uint64_t i = 0; i < wanted; ++i) {
+    RandomStream random(kFaceStream, 0, i);
+    ProxyPlace place;
+    place.moment = random.below(std::uint32_t(own.size()));
+    const double yaw = kRadian * options.face_yaw_deg * (2 * double(random.uniform()) - 1),
+                 pitch = kRadian * options.face_pitch_deg * (2 * double(random.uniform()) - 1);
+    place.turn = orbit(filmed[place.moment], yaw, pitch);
+    place.face = draw_unseen(unseen, own[place.moment].pose.articulation, random);
+    places.push_back(std::move(place));
+  }
+  return places;
+}
+
 // Of the part that a pose places in the world: a camera moved round a point of it. Its view, before any
 // picture.
 TrainingView moved_camera(const TrainingView& filmed, const Pose& world_from_part, const Vec3d& centre,
@@ -78,15 +99,10 @@ TrainingView moved_camera(const TrainingView& filmed, const Pose& world_from_par
   return view;
 }
 
-// Where the outline is believed: on one side of a line in the picture; nowhere if `towards` is zero.
-struct Believed {
-  Vec2d from = Vec2d::Zero(), towards = Vec2d::Zero();
-  bool at(int x, int y) const { return (Vec2d(x + 0.5, y + 0.5) - from).dot(towards) > 0; }
-};
-
-// Leaves out the outline itself, and says that nothing lies beside it where it is believed. shown: 255 where
-// anything is seen that is known.
-void trim(const Image8& alpha, const Image8& shown, const Believed& believed, Image8& teaches) {
+// Leaves out the outline itself, and says that nothing lies beside it on the sides where it is
+// believed. shown: 255 where anything is seen that is known.
+void trim(const Image8& alpha, const Image8& shown, const std::optional<HalfPicture>& believed,
+          Image8& teaches) {
   const auto mat = [](const Image8& mask) {
     return cv::Mat(mask.height, mask.width, CV_8U, const_cast<std::uint8_t*>(mask.data.data()));
   };
@@ -100,17 +116,18 @@ void trim(const Image8& alpha, const Image8& shown, const Believed& believed, Im
         if (within.at<unsigned char>(y, x) == 0) *teaches.at(x, y) = 0;
         continue;
       }
-      if (believed.at(x, y) && around.at<unsigned char>(y, x) == 0) *teaches.at(x, y) = 255;
+      if (believed && believed->at(x, y) && around.at<unsigned char>(y, x) == 0) *teaches.at(x, y) = 255;
     }
 }
 
 TrainingView head_from(const TrainingSet& set, const ProxyHead& proxy, const ProxyPart& part,
                        const std::vector<float>& heights, const Vec3d& centre, const TrainingView& filmed,
-                       const ProxyPlace& place) {
+                       const ProxyPlace& place, bool bare_neck) {
   TrainingView view = moved_camera(filmed, filmed.pose.world_from_head, centre, place);
   view.part = LearntPart::head;
+  if (place.face) view.pose.articulation = *place.face;
   const Intrinsics& k = view.camera.intrinsics;
-  ProxyPicture picture = draw_proxy(part, nullptr, filmed, view.camera);
+  ProxyPicture picture = draw_proxy(part, nullptr, filmed, view);
   Image8 teaches(k.width, k.height, 1);
   for (std::size_t i = 0; i < picture.raster.triangle.size(); ++i) {
     if (picture.alpha.data[i] == 0) continue;
@@ -120,16 +137,16 @@ TrainingView head_from(const TrainingSet& set, const ProxyHead& proxy, const Pro
       height += picture.raster.barycentric[i][c] * heights[std::size_t(triangle[c])];
     teaches.data[i] = height > proxy.base + kNeckKept && picture.inner[i] == 0 ? 255 : 0;
   }
-  // Down to the chin or, where hair hangs, to the brows; in the middle of the head, as from above and below
-  // chin and brows lie elsewhere.
-  const auto landmarks = landmark_positions(set.model, part.pose(filmed).vertices);
+  // Down to the neck's base, to the chin or, where hair hangs, to the brows; in the middle of the head, as
+  // from above and below chin and brows lie elsewhere.
+  const auto landmarks = landmark_positions(set.model, part.pose(view).vertices);
   constexpr int kChinMark = 8, kJawMark = 0;
-  Believed believed;
-  if (proxy.crown_unexplained < kExplained) {
+  std::optional<HalfPicture> believed;
+  if (bare_neck) {
+    believed = above_place(view, view.pose.world_from_head, {0, proxy.base + kNeckKept, proxy.axis_z});
+  } else if (proxy.crown_unexplained < kExplained) {
     const float height = proxy.unexplained < kRoughly ? landmarks[kChinMark].y() : proxy.brow;
-    const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
-    believed.from = project<double>(k, Vec3d(cam_from_head * Vec3d(0, height, landmarks[kJawMark].z())));
-    believed.towards = (cam_from_head.linear() * Vec3d::UnitY()).head<2>();
+    believed = above_place(view, view.pose.world_from_head, {0, height, landmarks[kJawMark].z()});
   }
   trim(picture.alpha, picture.alpha, believed, teaches);
   view.rgb = std::move(picture.rgb), view.alpha = TiledMask(picture.alpha), view.teaches = TiledMask(teaches);
@@ -137,22 +154,21 @@ TrainingView head_from(const TrainingSet& set, const ProxyHead& proxy, const Pro
 }
 
 TrainingView bust_from(const ProxyBust& bust, const ProxyPart& head, const Vec3d& centre,
-                       const TrainingView& filmed, const ProxyPlace& place) {
+                       const TrainingView& filmed, const ProxyPlace& place, bool bare_neck) {
   TrainingView view = moved_camera(filmed, filmed.pose.world_from_torso, centre, place);
   view.part = LearntPart::torso;
   const Intrinsics& k = view.camera.intrinsics;
-  ProxyPicture picture = draw_proxy(bust.part, &head, filmed, view.camera);
+  ProxyPicture picture = draw_proxy(bust.part, &head, filmed, view);
   Image8 teaches(k.width, k.height, 1), shown(k.width, k.height, 1);
   for (std::size_t i = 0; i < picture.raster.triangle.size(); ++i) {
     const int triangle = picture.raster.triangle[i];
     shown.data[i] = triangle >= 0 || picture.other[i] != 0 ? 255 : 0;
     if (picture.alpha.data[i] != 0) teaches.data[i] = bust.says[std::size_t(triangle)] != 0 ? 255 : 0;
   }
-  Believed believed;
+  std::optional<HalfPicture> believed;
   if (bust.unexplained < kBustExplained) {
-    const Pose cam_from_torso = view.camera.cam_from_world * view.pose.world_from_torso;
-    believed.from = project<double>(k, Vec3d(cam_from_torso * Vec3d(0, bust.top, bust.axis_z)));
-    believed.towards = -(cam_from_torso.linear() * Vec3d::UnitY()).head<2>();
+    const double height = bust.top + (bare_neck ? kAboveNeck : 0);
+    believed = other_half(above_place(view, view.pose.world_from_torso, {0, height, bust.axis_z}));
   }
   trim(picture.alpha, shown, believed, teaches);
   view.rgb = std::move(picture.rgb), view.alpha = TiledMask(picture.alpha), view.teaches = TiledMask(teaches);
@@ -168,6 +184,7 @@ std::size_t share_of(double share, std::size_t own_views, int least) {
 
 std::size_t most_proxies(std::size_t own_views, const ProxyViewOptions& options) {
   return share_of(options.share, own_views, options.least) +
+         share_of(options.face_share, own_views, options.face_least) +
          share_of(options.torso_share, own_views, options.torso_least);
 }
 
@@ -183,29 +200,32 @@ std::vector<TrainingView> make_proxy_views(const TrainingSet& set, const ProxyVi
     of_head.push_back(direction_of(view, view.pose.world_from_head, centre));
   for (const TrainingView& view : own)
     of_torso.push_back(direction_of(view, view.pose.world_from_torso, centre));
-  const std::vector<ProxyPlace> heads = draw_places(of_head, own.size(),
-                                                    share_of(options.share, own.size(), options.least),
-                                                    options.beside_deg, options, kProxyStream),
-                                busts = draw_places(of_torso, own.size(),
-                                                    set.has_torso ? share_of(options.torso_share, own.size(),
-                                                                             options.torso_least)
-                                                                  : 0,
-                                                    options.torso_beside_deg, options, kBustStream);
+  const std::size_t count = own.size();
+  std::vector<ProxyPlace> heads = draw_places(of_head, count, share_of(options.share, count, options.least),
+                                              options.beside_deg, options, kProxyStream);
+  const std::vector<ProxyPlace> faces =
+      draw_faces(unseen_expressions(set), of_head, own,
+                 share_of(options.face_share, count, options.face_least), options);
+  heads.insert(heads.end(), faces.begin(), faces.end());
+  const std::size_t wanted = set.has_torso ? share_of(options.torso_share, count, options.torso_least) : 0;
+  const std::vector<ProxyPlace> busts =
+      draw_places(of_torso, count, wanted, options.torso_beside_deg, options, kBustStream);
   if (heads.empty() && busts.empty()) return {};
   const ProxyHead proxy = make_proxy_head(set, shape);
   const ProxyPart head = head_part(set.model, proxy);
   std::vector<float> heights;
   for (const Vec3f& p : rest) heights.push_back(p.y());
-  std::vector<TrainingView> views(heads.size());
-  parallel_for(heads.size(), [&](std::size_t i) {
-    views[i] = head_from(set, proxy, head, heights, centre, own[heads[i].moment], heads[i]);
-  });
-  if (busts.empty()) return views;
-  const std::optional<ProxyBust> bust = make_proxy_bust(set, shape, head);
-  if (!bust) return views;
-  views.resize(heads.size() + busts.size());
-  parallel_for(busts.size(), [&](std::size_t i) {
-    views[heads.size() + i] = bust_from(*bust, head, centre, own[busts[i].moment], busts[i]);
+  std::optional<ProxyBust> bust;
+  if (!busts.empty()) bust = make_proxy_bust(set, shape, head);
+  const bool bare_neck = bust && bust->neck_unexplained < kExplained && proxy.unexplained < kExplained;
+  std::vector<TrainingView> views(heads.size() + (bust ? busts.size() : 0));
+  parallel_for(views.size(), [&](std::size_t i) {
+    if (i < heads.size()) {
+      views[i] = head_from(set, proxy, head, heights, centre, own[heads[i].moment], heads[i], bare_neck);
+    } else {
+      const ProxyPlace& place = busts[i - heads.size()];
+      views[i] = bust_from(*bust, head, centre, own[place.moment], place, bare_neck);
+    }
   });
   return views;
 }

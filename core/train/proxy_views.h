@@ -14,11 +14,15 @@
 namespace likeness {
 
 struct ProxyViewOptions {
-  double share = 0.1, torso_share = 0.05;  // number of proxies of heads and of torsos, of own views'
-  int least = 20, torso_least = 10;        // of them
+  double share = 0.1, torso_share = 0.1;  // number of proxies of heads and of torsos, of own views'
+  int least = 20, torso_least = 20;       // of them
   // At least, from every filmed view of the head, or of the torso, which no clip sees from many sides.
   double beside_deg = 12, torso_beside_deg = 6;
   double yaw_deg = 55, pitch_deg = 35;  // at most, from a moment's own view
+  // The same of heads with expressions that the clip never shows.
+  double face_share = 0.05;
+  int face_least = 20;
+  double face_yaw_deg = 30, face_pitch_deg = 15;
 };
 
 // Those of heads first. Of the size of the moments' pictures, before no plate, each of one part alone;

@@ -198,7 +198,7 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
       source.necks[v] =
           make_neck_bend(neck, inverse(pose.world_from_head) * pose.world_from_torso, head.origin, head.side);
     out.mosaic = mosaic_place(set, view);
-    // -- Box of the landmarks, a sixth larger on each side.
+    // -- Box of the landmarks, a sixth larger on each side; empty where no face is learnt.
     const std::vector<Vec3f> posed = pose_head(set.model, shape, pose.articulation);
     if (!source.torsos.empty()) source.torsos[v] = torso_field(set.torso_modes, pose.torso_shape);
     if (!source.warps.empty()) {
@@ -209,6 +209,7 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
                    detailed);
       source.warps[v] = make_warp_lattice(*warp, detailed);
     }
+    if (learnt_part(view) == LearntPart::torso) return;
     const auto landmarks = landmark_positions(set.model, posed);
     const Pose cam_from_head = view.camera.cam_from_world * pose.world_from_head;
     Vec2d low = Vec2d::Constant(1e9), high = -low;

@@ -157,7 +157,13 @@ TEST_F(CastRaysTest, CoverEveryKindOfView) {
   int nowhere = 0;
   for (const RayRequest& ray : here.scene.state.rays.requests) {
     ++rays[std::size_t(ray.view)];
-    nowhere += ray.fields[0].origin.x() == 3;
+    const bool head = ray.fields[0].origin.x() != 3, torso = ray.fields[1].origin.x() != 3;
+    nowhere += !head && !torso;
+    const std::size_t view = std::size_t(ray.view) % CastScene::kViews;
+    if (view + 2 >= CastScene::kViews && (head || torso)) {
+      EXPECT_EQ(torso, view + 1 == CastScene::kViews) << "each proxy shows its part alone";
+      EXPECT_NE(head, torso);
+    }
   }
   for (std::size_t v = 0; v < 2 * CastScene::kViews; ++v) {
     // Own views with and without their code, a further clip's with it, proxies without one.

@@ -92,6 +92,7 @@ struct CastScene {
     const bool proxy = number >= int(kOwn + kFurther);
     view.further_clip = number < int(kOwn) || proxy ? 0 : 1 + (number - int(kOwn)) % 2;
     view.has_plate = number != 1 && !proxy;
+    if (proxy) view.part = number + 1 < int(kViews) ? LearntPart::head : LearntPart::torso;
     if (number != 2) {
       Image8 alpha = random_picture(70, 50, 1, 100 + std::uint32_t(number));
       for (std::uint8_t& value : alpha.data) value = value < 90 ? 0 : value > 150 ? 255 : value;

@@ -32,7 +32,7 @@ class ProxyViews : public testing::Test {
     head_ = new FilmedHead;
     set_ = new TrainingSet(filmed_set(*head_, 12, 4));
     ProxyViewOptions options;
-    options.least = 12;
+    options.least = 12, options.face_share = 0, options.face_least = 0;
     proxies_ = new std::vector<TrainingView>(make_proxy_views(*set_, options));
   }
   static void TearDownTestSuite() { delete proxies_, delete set_, delete head_; }
@@ -77,7 +77,7 @@ TEST_F(ProxyViews, ShowTheSameHeadWhereTheyTeach) {
 
 TEST_F(ProxyViews, AreTheSameEachTime) {
   ProxyViewOptions options;
-  options.least = 12;
+  options.least = 12, options.face_share = 0, options.face_least = 0;
   const std::vector<TrainingView> again = make_proxy_views(*set_, options);
   ASSERT_EQ(again.size(), proxies_->size());
   for (std::size_t i = 0; i < again.size(); ++i) {
@@ -153,11 +153,44 @@ TEST_F(ProxyViews, KeepAwayFromFurtherClipsToo) {
     side.pose.world_from_head.linear() = head_turn(turn, 0, 0);
     more.views.push_back(side);
   }
-  const std::vector<TrainingView> proxies = make_proxy_views(more, {.least = 12});
+  const std::vector<TrainingView> proxies =
+      make_proxy_views(more, {.least = 12, .face_share = 0, .face_least = 0});
   ASSERT_FALSE(proxies.empty());
   for (const TrainingView& proxy : proxies)
     for (const TrainingView& view : more.views)
       EXPECT_GT(std::acos(std::min(1.0, seen_from(more, proxy).dot(seen_from(more, view)))) * kToDegrees, 12);
+}
+
+// Faces at rest in all views: proxies open the mouth, and show the same head where they say what it looks
+// like.
+TEST_F(ProxyViews, PerformWhatTheClipNeverShows) {
+  const std::vector<TrainingView> faces =
+      make_proxy_views(*set_, {.share = 0, .least = 0, .face_least = 24, .face_yaw_deg = 10});
+  ASSERT_EQ(faces.size(), 24u);
+  double error = 0, compared = 0;
+  int open = 0, moved = 0;
+  for (const TrainingView& proxy : faces) {
+    EXPECT_EQ(proxy.part, LearntPart::head);
+    const Articulation& face = proxy.pose.articulation;
+    open += face.jaw.norm() > 0.1f, moved += face.expression.norm() > 0.1f;
+    Image8 rgb, alpha;
+    head_->draw(proxy, rgb, alpha);
+    const std::vector<Vec3f> posed = head_->posed(face);
+    const Raster raster = rasterise(posed, head_->model.triangles, proxy.camera.intrinsics,
+                                    proxy.camera.cam_from_world * proxy.pose.world_from_head);
+    for (std::size_t i = 0; i < raster.triangle.size(); ++i) {
+      const int x = int(i % 128), y = int(i / 128);
+      if (raster.triangle[i] < 0 || proxy.teaches.at(x, y) == 0 || proxy.alpha.at(x, y) == 0) continue;
+      const int v = head_->model.triangles[std::size_t(raster.triangle[i])][0];
+      if (!is_skin(head_->model, std::size_t(v))) continue;  // what was hidden is guessed
+      ++compared;
+      for (int c = 0; c < 3; ++c) error += std::abs(proxy.rgb.at(x, y)[c] - rgb.at(x, y)[c]) / 3.0;
+    }
+  }
+  EXPECT_GT(open, 6);
+  EXPECT_GT(moved, 12);
+  EXPECT_GT(compared, 24 * 2000);
+  EXPECT_LT(error / compared, 6);
 }
 
 TEST_F(ProxyViews, NeedMattesAndSidesThatWereNotFilmed) {
@@ -168,6 +201,7 @@ TEST_F(ProxyViews, NeedMattesAndSidesThatWereNotFilmed) {
   few.views.resize(4);
   EXPECT_TRUE(make_proxy_views(few).empty());
   ProxyViewOptions all_seen;
+  all_seen.face_share = 0, all_seen.face_least = 0;
   all_seen.yaw_deg = 8, all_seen.pitch_deg = 5;  // nothing there lies 12 degrees beside
   EXPECT_TRUE(make_proxy_views(*set_, all_seen).empty());
 }

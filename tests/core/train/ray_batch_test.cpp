@@ -102,6 +102,7 @@ TEST(ChooseRays, ProxiesHaveAShareThatFallsAndNeverACode) {
   for (TrainingView& view : set.views)
     view.alpha = TiledMask(Image8(kSize, kSize, 1, 255)), view.has_plate = false;
   set.proxies.assign(set.views.begin() + 3, set.views.end());
+  set.proxies[0].part = LearntPart::head, set.proxies[1].part = LearntPart::torso;
   set.views.resize(3);
   const OccupancyGrid everywhere = make_occupancy(8, true), none;
   MarchVolumes volumes;
@@ -111,6 +112,8 @@ TEST(ChooseRays, ProxiesHaveAShareThatFallsAndNeverACode) {
   for (std::size_t v = 0; v < pictured(set); ++v) poses.push_back(picture_at(set, v).pose);
   RaySource source = make_ray_source(set, poses, shape_head(set.model, set.person), cube, &cube);
   ASSERT_EQ(source.views.size(), 5u);
+  EXPECT_GT(source.views[3].face_x1, source.views[3].face_x0);
+  EXPECT_EQ(source.views[4].face_x1, source.views[4].face_x0) << "a torso has no face";
   source.proxies_until = 10;
   const auto proxies_at = [&](std::uint64_t step) {
     RayBatch batch;
@@ -122,9 +125,9 @@ TEST(ChooseRays, ProxiesHaveAShareThatFallsAndNeverACode) {
       EXPECT_EQ(std::lround(255 * batch.target[i].x()), 10 * (row % 5)) << "another picture's colour";
       proxies += proxy, with_code += proxy && row < 5;
       if (!proxy) continue;
-      MarchVolumes torso = volumes;
-      torso.fields[0] = {};
-      EXPECT_FALSE(meets_volume(batch.requests[i], torso)) << "a proxy shows no torso";
+      MarchVolumes other = volumes;  // without the proxy's own part
+      other.fields[std::size_t(row % 5 - 3)] = {};
+      EXPECT_FALSE(meets_volume(batch.requests[i], other)) << "a proxy shows one part alone";
     }
     EXPECT_EQ(with_code, 0);
     return proxies;
