@@ -3,12 +3,14 @@
 
 #include <algorithm>
 
+#include "core/image/srgb.h"
 #include "core/scene/head_regions.h"
 #include "core/scene/mesh_scene.h"
 #include "core/train/fill_mesh.h"
 #include "core/train/hair_hull.h"
 #include "core/train/head_marks.h"
 #include "core/train/mouth_colours.h"
+#include "core/train/skin_light.h"
 #include "core/train/view_colours.h"
 
 namespace likeness {
@@ -20,6 +22,33 @@ constexpr float kBelowBase = 0.03f;  // m of neck that are kept
 // ViewColours::weight from which a colour is certain. Lips that part a little show themselves where the model
 // has teeth.
 constexpr float kWellSeen = 0.3f, kMouthSeen = 4;
+
+Vec3f linear(const Vec3f& colour) {
+  return {linear_of_srgb(colour[0]), linear_of_srgb(colour[1]), linear_of_srgb(colour[2])};
+}
+
+// What is spread is how light or dark a place is beside average skin that faces as it does: the sides of a
+// face are not as bright as its front.
+void fill_skin(const HeadModel& model, const std::vector<Vec3f>& rest,
+               const std::vector<std::vector<int>>& neighbours, const std::vector<float>& known,
+               const std::vector<std::uint8_t>& skin, std::vector<Vec3f>& colours) {
+  const std::vector<Vec3f> normals = vertex_normals(rest, model.triangles);
+  std::vector<Vec3f> light(colours.size()), relative(colours.size());
+  std::vector<float> weights(colours.size());
+  for (std::size_t v = 0; v < colours.size(); ++v) {
+    light[v] = linear(colours[v]);
+    weights[v] = skin[v] && is_skin(model, v) ? known[v] : 0.f;
+  }
+  const SkinLight fitted = fit_light(normals, light, weights);
+  for (std::size_t v = 0; v < colours.size(); ++v)
+    relative[v] = light[v].cwiseQuotient(shade(fitted, normals[v]).cwiseMax(1e-4f));
+  fill_mesh(neighbours, known, skin, kColourRounds, relative);
+  for (std::size_t v = 0; v < colours.size(); ++v) {
+    if (!skin[v] || known[v] >= 1) continue;
+    const Vec3f filled = relative[v].cwiseProduct(shade(fitted, normals[v]));
+    for (int c = 0; c < 3; ++c) colours[v][c] = srgb_of_linear(std::clamp(filled[c], 0.f, 1.f));
+  }
+}
 
 }  // namespace
 
@@ -68,7 +97,8 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   bool hair_seen = false;
   for (std::size_t v = 0; v < rest.size(); ++v) hair_seen |= scalp[v] && known[v] > 0;
   if (!hair_seen) std::ranges::fill(skin, std::uint8_t(1));
-  for (const auto* part : {&scalp, &skin}) fill_mesh(neighbours, known, *part, kColourRounds, proxy.colours);
+  fill_mesh(neighbours, known, scalp, kColourRounds, proxy.colours);
+  fill_skin(model, rest, neighbours, known, skin, proxy.colours);
   const ProxyPart part = head_part(model, proxy);
   const ProxyPart* const alone = &part;
   const auto unexplained_above = [&](double height) {
