@@ -27,7 +27,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kTitles{
     {"background", "Background"},
     {"light", "Exposure and white balance"},
     {"code", "Code for each frame"},
-    {"proxies", "Sides that were not filmed"},
+    {"proxies", "What was not filmed"},
     {"grid", "Grid"},
     {"clips", "Further clips"},
     {"occupancy", "Empty space skipped"},
@@ -176,8 +176,8 @@ void add_proxies(const CaptureMeasures& m, const AskedParts& asked, ChosenParts&
   chosen.parts.push_back(
       {"proxies", true, false, "taught by the head model, in the clip's colours",
        fmt::format(
-           "The camera sees the head from {:.0f} degrees of sides and {:.0f} of heights; beyond, only "
-           "the head model knows where its surface is. The same for every capture.",
+           "The camera sees the head from {:.0f} degrees of sides and {:.0f} of heights; of what lies "
+           "beyond, and of what the face never does, only the head model knows. The same for every capture.",
            m.yaw * kDegrees, m.pitch * kDegrees)});
 }
 

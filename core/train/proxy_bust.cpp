@@ -14,7 +14,6 @@
 #include "core/scene/head_regions.h"
 #include "core/train/fill_mesh.h"
 #include "core/train/head_marks.h"
-#include "core/train/volumes.h"
 
 namespace likeness {
 namespace {
@@ -23,7 +22,8 @@ constexpr int kOutlineViews = 24, kBustColourViews = 24, kBustRounds = 800;
 constexpr float kNode = 0.005f;                    // m between nodes
 constexpr float kHalfWidth = 0.5f, kDeep = 0.45f;  // m beside the axis, below the neck's base
 constexpr float kNeckBand = 0.025f;                // m above it, up to about the chin
-constexpr float kAboveNeckBase = 0.02f;            // m: the upper end
+constexpr float kBesideChin = 0.03f;               // m above it: as high as shoulders rise
+constexpr float kAboveNeckBase = 0.02f;            // m: from there on it is the head's neck
 constexpr float kNeckRadius = 0.065f,
                 kChestRadius = 0.105f;  // m: half of the thickness, far from the outline
 constexpr float kToChest = 0.08f;       // m below the upper end from which it is a chest
@@ -32,7 +32,7 @@ constexpr double kSameSide = 20;        // degrees, between views whose outlines
 constexpr double kBlur = 2;             // nodes
 constexpr float kCertain = 0.3f;        // ViewColours::weight
 
-enum class Node : std::uint8_t { outside, body, unknown };
+enum class Node : std::uint8_t { outside, body, neck, unknown };  // neck: the head's
 
 struct Plane {
   int columns = 0, rows = 0;  // rows upwards
@@ -42,9 +42,10 @@ struct Plane {
 
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(columns) + std::size_t(x); }
   Vec3f place(int x, int y) const { return origin + kNode * Vec3f(float(x), float(y), 0); }
-  bool body(int x, int y) const {
-    return x >= 0 && y >= 0 && x < columns && y < rows && nodes[index(x, y)] == Node::body;
+  bool is(Node node, int x, int y) const {
+    return x >= 0 && y >= 0 && x < columns && y < rows && nodes[index(x, y)] == node;
   }
+  bool body(int x, int y) const { return is(Node::body, x, y) || is(Node::neck, x, y); }
 };
 
 Vec3d posed_place(const TrainingSet& set, const std::vector<float>& displacement, const Vec3f& p) {
@@ -115,14 +116,16 @@ Plane outline(const TrainingSet& set, const ProxyPart& head, float axis_z, float
   return plane;
 }
 
-// What chin and neck always hide lies between what they do not; then the largest piece alone.
-void close_outline(Plane& plane) {
+// What chin and neck always hide lies between what they do not, and is neck above its base; then the largest
+// piece alone.
+void close_outline(Plane& plane, float neck_from) {
   for (int y = 0; y < plane.rows; ++y) {
     int first = plane.columns, last = -1;
     for (int x = 0; x < plane.columns; ++x)
       if (plane.body(x, y)) first = std::min(first, x), last = x;
     for (int x = first; x <= last; ++x)
-      if (Node& node = plane.nodes[plane.index(x, y)]; node == Node::unknown) node = Node::body;
+      if (Node& node = plane.nodes[plane.index(x, y)]; node == Node::unknown)
+        node = plane.place(x, y).y() > neck_from ? Node::neck : Node::body;
   }
   cv::Mat body(plane.rows, plane.columns, CV_8U), pieces, facts, centres;
   for (int y = 0; y < plane.rows; ++y)
@@ -138,7 +141,7 @@ void close_outline(Plane& plane) {
 }
 
 // A circle's section at the outline, flat where that is far. What was not filmed is no outline.
-void blow_up(Plane& plane, float top) {
+void blow_up(Plane& plane, float neck_from) {
   cv::Mat within(plane.rows, plane.columns, CV_8U), distance;
   for (int y = 0; y < plane.rows; ++y)
     for (int x = 0; x < plane.columns; ++x)
@@ -146,7 +149,7 @@ void blow_up(Plane& plane, float top) {
   cv::distanceTransform(within, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   cv::Mat half(plane.rows, plane.columns, CV_32F), weight(plane.rows, plane.columns, CV_32F);
   for (int y = 0; y < plane.rows; ++y) {
-    const float drop = std::clamp((top - plane.place(0, y).y()) / kToChest, 0.f, 1.f);
+    const float drop = std::clamp((neck_from - plane.place(0, y).y()) / kToChest, 0.f, 1.f);
     const float radius = kNeckRadius + drop * (kChestRadius - kNeckRadius);
     for (int x = 0; x < plane.columns; ++x) {
       const float inwards = std::clamp(kNode * (distance.at<float>(y, x) - 0.5f), 0.f, radius);
@@ -162,7 +165,8 @@ void blow_up(Plane& plane, float top) {
       plane.half[plane.index(x, y)] = half.at<float>(y, x) / std::max(1e-6f, weight.at<float>(y, x));
 }
 
-// Front, back, and between them a wall wherever the body ends. says: 0 on walls above and below.
+// Front, back, and between them a wall wherever the body ends. says: 0 on walls above and below, and on the
+// neck.
 std::vector<Vec3f> surface_of(const Plane& plane, std::vector<Triangle>& triangles,
                               std::vector<std::uint8_t>& says) {
   std::vector<Vec3f> vertices;
@@ -187,13 +191,15 @@ std::vector<Vec3f> surface_of(const Plane& plane, std::vector<Triangle>& triangl
     for (int x = 0; x + 1 < plane.columns; ++x) {
       if (!whole(x, y)) continue;
       const int a = at(x, y), b = at(x + 1, y), c = at(x + 1, y + 1), d = at(x, y + 1);
-      quad(a, b, c, d, true);
-      quad(b + 1, a + 1, d + 1, c + 1, true);
-      if (!whole(x - 1, y)) quad(a + 1, a, d, d + 1, true);
-      if (!whole(x + 1, y)) quad(b, b + 1, c + 1, c, true);
+      const bool told = !plane.is(Node::neck, x, y) && !plane.is(Node::neck, x + 1, y) &&
+                        !plane.is(Node::neck, x, y + 1) && !plane.is(Node::neck, x + 1, y + 1);
+      quad(a, b, c, d, told);
+      quad(b + 1, a + 1, d + 1, c + 1, told);
+      if (!whole(x - 1, y)) quad(a + 1, a, d, d + 1, told);
+      if (!whole(x + 1, y)) quad(b, b + 1, c + 1, c, told);
       if (!whole(x, y - 1)) quad(a + 1, b + 1, b, a, false);
       // At the shoulders it is the outline, at the upper end where the neck goes on.
-      if (!whole(x, y + 1)) quad(d, c, c + 1, d + 1, y + 2 < plane.rows);
+      if (!whole(x, y + 1)) quad(d, c, c + 1, d + 1, told && y + 2 < plane.rows);
     }
   return vertices;
 }
@@ -204,12 +210,13 @@ std::optional<ProxyBust> make_proxy_bust(const TrainingSet& set, const HeadShape
                                          const ProxyPart& head) {
   if (!set.has_torso) return std::nullopt;
   ProxyBust bust;
-  const float base = neck_base(set.model, shape);
-  bust.axis_z = neck_axis(set.model, shape), bust.top = base + kAboveNeckBase;
-  Plane plane = outline(set, head, bust.axis_z, base, bust.top);
-  close_outline(plane);
+  const HeadMarks marks = head_marks(set.model, shape);
+  const float neck_from = marks.base + kAboveNeckBase;
+  bust.axis_z = neck_axis(set.model, shape), bust.top = marks.chin + kBesideChin;
+  Plane plane = outline(set, head, bust.axis_z, marks.base, bust.top);
+  close_outline(plane, neck_from);
   if (float(std::ranges::count(plane.nodes, Node::body)) < kFewestNodes) return std::nullopt;
-  blow_up(plane, bust.top);
+  blow_up(plane, neck_from);
   const auto vertices =
       std::make_shared<const std::vector<Vec3f>>(surface_of(plane, bust.part.triangles, bust.says));
   bust.part.pose = [&set, vertices](const TrainingView& view) {
@@ -236,8 +243,8 @@ std::optional<ProxyBust> make_proxy_bust(const TrainingSet& set, const HeadShape
   };
   bust.unexplained = unexplained(
       set, parts, [&](const TrainingView& view) { return std::vector{other_half(above(view, bust.top))}; });
-  bust.neck_unexplained = unexplained(set, parts, [&](const TrainingView& view) {
-    return std::vector{above(view, bust.top), other_half(above(view, bust.top + kNeckBand))};
+  bust.neck_unexplained = unexplained(set, std::span(parts).last(1), [&](const TrainingView& view) {
+    return std::vector{above(view, neck_from), other_half(above(view, neck_from + kNeckBand))};
   });
   return bust;
 }

@@ -1,4 +1,4 @@
-// A body as far as its outline tells: what the mattes show below the neck, blown up to the thickness of a
+// A body as far as its outline tells: what the mattes show below the chin, blown up to the thickness of a
 // chest and closed behind, at the sides and where the pictures end.
 #pragma once
 
@@ -12,10 +12,10 @@ namespace likeness {
 
 struct ProxyBust {
   ProxyPart part;                  // vertices in the torso frame
-  std::vector<std::uint8_t> says;  // (F) 0: where the clip's pictures or the neck cut it off above and below
+  std::vector<std::uint8_t> says;  // (F) 0: the neck, and where pictures cut it off above and below
   float top = 0, axis_z = 0;       // m, torso frame: its upper end, the depth of its middle
-  // Shares of the mattes' pixels below its upper end, and from there to the chin, that neither it nor the
-  // head explains: arms and other people; hair, collars and raised shoulders.
+  // Shares of the mattes' pixels: below its upper end that neither it nor the head explains - arms, other
+  // people - and beside the neck that the head does not: hair, collars, raised shoulders.
   double unexplained = 1, neck_unexplained = 1;
 };
 
