@@ -25,7 +25,7 @@ class SidesStudyCommand : public testing::Test {
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     folder_ = name;
     const ProgramResult demo = likeness({"demo", (folder_ / "demo").string(), "--size", "224", "--frames",
-                                         "110", "--moving-share", "0", "--samples", "1"});
+                                         "80", "--moving-share", "0", "--samples", "1"});
     ASSERT_EQ(demo.exit_code, 0) << demo.err;
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
@@ -39,21 +39,21 @@ class SidesStudyCommand : public testing::Test {
 };
 
 TEST_F(SidesStudyCommand, ATurnThatIsNotThereIsRefusedInWords) {
-  const ProgramResult result = build("10", "70");
+  const ProgramResult result = build("22", "70");
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.err.find("degrees off its typical side"), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("--beyond"), std::string::npos) << result.err;
 }
 
 TEST_F(SidesStudyCommand, ScoresBothKindsOfHeldOutFramesAndShowsThem) {
-  const ProgramResult built = build("9", "16");
+  const ProgramResult built = build("22", "28");
   ASSERT_EQ(built.exit_code, 0) << built.err;
   const fs::path out = folder_ / "out";
   const ProgramResult result = likeness({"study", "beyond", project(), "--out", out.string(), "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const json study = json::parse(result.out);
-  EXPECT_EQ(study.at("inside_deg"), 9);
-  EXPECT_EQ(study.at("beyond_deg"), 16);
+  EXPECT_EQ(study.at("inside_deg"), 22);
+  EXPECT_EQ(study.at("beyond_deg"), 28);
   const json& frames = study.at("frames");
   EXPECT_GE(frames.at("trained").get<int>(), 20);
   EXPECT_GE(frames.at("inside").get<int>(), 2);
