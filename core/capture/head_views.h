@@ -1,7 +1,6 @@
 // From which side the frames of a clip see the head, told by its landmarks: what Split::sides goes by.
 #pragma once
 
-#include <cstddef>
 #include <memory>
 #include <stop_token>
 #include <string>
