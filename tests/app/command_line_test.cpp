@@ -425,7 +425,7 @@ TEST_F(CommandLine, StudiesSayWhatTheyNeed) {
   for (const auto& [words, named] : std::vector<std::pair<std::vector<std::string>, std::string>>{
            {{"study", "beyond"}, "--out"},
            {{"study", "beyond", "--out", folder, "--person", "9"}, "--person"},
-           {{"study", "beyond", folder, "--out", folder, "--person", "1"}, "--person excludes project"},
+           {{"study", "beyond", folder, "--out", folder, "--person", "1"}, "project excludes --person"},
            {{"study", "beyond", "--out", folder, "--head-within", "90"}, "--head-within"},
            {{"study", "beyond", "--out", folder, "--action-share", "0"}, "--action-share"},
            {{"demo", folder, "--head-within", "0"}, "--head-within"},
