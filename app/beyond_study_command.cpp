@@ -1,17 +1,22 @@
-// likeness study beyond: an avatar asked for what its clip never showed, beside the truth of a demo's person.
+// likeness study beyond: an avatar asked for what its clip never showed, beside the truth of a demo's person,
+// or beside the frames of its own clip that see the head from other sides.
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "app/backend_option.h"
 #include "app/commands.h"
 #include "app/project_options.h"
+#include "app/sides_tables.h"
 #include "app/tables.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/lab/beyond/beyond_study.h"
+#include "core/lab/beyond/sides_study.h"
+#include "core/project/project.h"
 #include "core/synth/cast.h"
 
 namespace likeness::app {
@@ -22,6 +27,7 @@ namespace fs = std::filesystem;
 struct BeyondStudyArguments {
   CommonOptions common;
   TableOptions output;
+  fs::path project;  // empty: a demo person is filmed
   int person = 0, light = 0, frames = DemoOptions().frames, size = 256;
   double budget_s = 120, head_within_deg = faint_film(0, 0).head_within_deg,
          action_share = faint_film(0, 0).action_share;
@@ -116,10 +122,24 @@ nlohmann::json beyond_json(const BeyondStudy& study) {
   return json;
 }
 
+int run_sides(const BeyondStudyArguments& a, const RenderPlace& place) {
+  const auto project = open_project(a.project);
+  if (!project) return report_failure(project.error());
+  std::optional<Result<SidesStudy>> study;
+  {
+    const ProgressLine line(quiet_if_csv(a.common, a.output));
+    study = study_sides(*project, a.output.out, place, line.progress(), stop_on_signals());
+  }
+  if (!*study) return report_failure(study->error());
+  const nlohmann::json json = sides_json(**study);
+  return report_tables(a.common, a.output, sides_tables(**study), &json);
+}
+
 int run_beyond(const BeyondStudyArguments& a) {
   const ThreadLimit limit(a.common.threads);
   const auto backend = chosen_backend(a.common, FieldPrecision::bf16);
   if (!backend) return report_failure(backend.error());
+  if (!a.project.empty()) return run_sides(a, {backend->backend, backend->fall_back, {}});
   BeyondOptions options;
   options.film = faint_film(a.person, int(a.common.seed));
   options.film.light = a.light, options.film.frames = a.frames;
@@ -146,34 +166,43 @@ void add_beyond_study(CLI::App& study, int& exit_code) {
   auto a = std::make_shared<BeyondStudyArguments>();
   CLI::App* verb = study.add_subcommand(
       "beyond", "How an avatar looks from sides and with expressions that its clip never showed");
-  verb->add_option("--person", a->person,
-                   "The demo's person, who is filmed facing the camera with faint expressions")
-      ->check(CLI::Range(0, int(demo_people().size()) - 1))
-      ->capture_default_str();
-  verb->add_option("--light", a->light, "In which light; see likeness demo --list")
-      ->check(CLI::Range(0, int(demo_lights().size()) - 1))
-      ->capture_default_str();
+  CLI::Option* project = verb->add_option(
+      "project", a->project,
+      "A project built with --split sides: its clip is the truth, and nothing is filmed or trained");
+  // Of the film and its avatar.
+  std::vector<CLI::Option*> filmed;
+  filmed.push_back(verb->add_option("--person", a->person,
+                                    "The demo's person, who is filmed facing the camera with faint "
+                                    "expressions")
+                       ->check(CLI::Range(0, int(demo_people().size()) - 1))
+                       ->capture_default_str());
+  filmed.push_back(verb->add_option("--light", a->light, "In which light; see likeness demo --list")
+                       ->check(CLI::Range(0, int(demo_lights().size()) - 1))
+                       ->capture_default_str());
   verb->add_option("--out", a->output.out,
                    "Folder for the film, the avatar, the true pictures, the tables and contact sheets; a "
                    "second call makes nothing again")
       ->required();
-  verb->add_option("--head-within", a->head_within_deg, "The head turns at most this far, °")
-      ->check(CLI::Range(0.1, kWidestTurn_deg))
-      ->capture_default_str();
-  verb->add_option("--action-share", a->action_share, "At most this share of each action is performed")
-      ->check(CLI::Range(0.01, 1.0))
-      ->capture_default_str();
-  verb->add_option("--frames", a->frames, "Frames of the film")
-      ->check(CLI::Range(40, 10000))
-      ->capture_default_str();
-  verb->add_option("--size", a->size, "Side of the avatar's pictures, px")
-      ->check(CLI::IsMember({256, 512, 1024}))
-      ->capture_default_str();
-  verb->add_option("--budget", a->budget_s, "Seconds of training")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  verb->add_option("--steps", a->steps, "Exact steps of training instead");
-  verb->add_flag("--no-proxies", a->no_proxies, "Ablation: nothing is taught of sides that were not filmed");
+  filmed.push_back(verb->add_option("--head-within", a->head_within_deg, "The head turns at most this far, °")
+                       ->check(CLI::Range(0.1, kWidestTurn_deg))
+                       ->capture_default_str());
+  filmed.push_back(
+      verb->add_option("--action-share", a->action_share, "At most this share of each action is performed")
+          ->check(CLI::Range(0.01, 1.0))
+          ->capture_default_str());
+  filmed.push_back(verb->add_option("--frames", a->frames, "Frames of the film")
+                       ->check(CLI::Range(40, 10000))
+                       ->capture_default_str());
+  filmed.push_back(verb->add_option("--size", a->size, "Side of the avatar's pictures, px")
+                       ->check(CLI::IsMember({256, 512, 1024}))
+                       ->capture_default_str());
+  filmed.push_back(verb->add_option("--budget", a->budget_s, "Seconds of training")
+                       ->check(CLI::PositiveNumber)
+                       ->capture_default_str());
+  filmed.push_back(verb->add_option("--steps", a->steps, "Exact steps of training instead"));
+  filmed.push_back(verb->add_flag("--no-proxies", a->no_proxies,
+                                  "Ablation: nothing is taught of sides that were not filmed"));
+  for (CLI::Option* option : filmed) option->excludes(project);
   add_common_options(*verb, a->common);
   add_table_options(*verb, a->output);
   verb->callback([a, &exit_code] { exit_code = run_beyond(*a); });

@@ -142,7 +142,7 @@ Result<StudyClip> study_clip(const TrackStudyArguments& arguments) {
     const PixelRect part = tracked_part(*capture);
     clip.region = {part.x, part.y, part.width, part.height};
     clip.cameras = std::move(*cameras);
-    clip.held_out = held_out_frames(*capture);
+    clip.held_out = silent_frames(*capture);
     if (models.shared.head_model.empty()) models.shared.head_model = project->options.shared.head_model;
   } else {
     const auto info = probe_video(arguments.clip);

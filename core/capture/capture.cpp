@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
@@ -25,8 +27,12 @@ Error unreadable(const std::filesystem::path& path, std::string_view why) {
 }
 
 json to_json(const CaptureFrame& f) {
-  return {{"frame", f.frame},       {"time_s", f.time_s}, {"sharpness", f.sharpness},
-          {"held_out", f.held_out}, {"used", f.used},     {"refused", f.refused}};
+  json j = {{"frame", f.frame},       {"time_s", f.time_s}, {"sharpness", f.sharpness},
+            {"held_out", f.held_out}, {"used", f.used},     {"refused", f.refused}};
+  // Of one split alone: the files of others stay as they were.
+  if (f.apart) j["apart"] = true;
+  if (f.view) j["view"] = {{"yaw_deg", f.view->yaw_deg}, {"pitch_deg", f.view->pitch_deg}};
+  return j;
 }
 
 CaptureFrame frame_from_json(const json& j) {
@@ -37,6 +43,9 @@ CaptureFrame frame_from_json(const json& j) {
   f.held_out = j.at("held_out").get<bool>();
   f.used = j.at("used").get<bool>();
   f.refused = j.at("refused").get<std::string>();
+  f.apart = j.value("apart", false);
+  if (const auto view = j.find("view"); view != j.end())
+    f.view = {view->at("yaw_deg").get<double>(), view->at("pitch_deg").get<double>()};
   return f;
 }
 
@@ -93,6 +102,8 @@ Capture capture_from_json(const json& j) {
   const auto split = split_named(j.at("split").get<std::string>());
   if (!split) throw json::other_error::create(501, "there is no such split", &j.at("split"));
   c.split = *split;
+  if (const auto sides = j.find("sides"); sides != j.end())
+    c.sides = {sides->at("inside_deg").get<double>(), sides->at("beyond_deg").get<double>()};
   c.seconds = seconds_from_json(j);
   c.warnings = j.at("warnings").get<std::vector<std::string>>();
   for (const json& frame : j.at("frames")) c.frames.push_back(frame_from_json(frame));
@@ -119,6 +130,8 @@ std::string contradiction(const Capture& c) {
       return "its frames are not in ascending order";
     }
     if (c.frames[i].held_out && c.frames[i].used) return "a frame is both held out and used";
+    if (c.frames[i].apart && (c.frames[i].held_out || c.frames[i].used))
+      return "a frame that is kept apart is held out or used";
   }
   for (std::size_t i = 0; i < c.shots.size(); ++i)
     if (c.shots[i].first > c.shots[i].last || (i > 0 && c.shots[i].first <= c.shots[i - 1].last))
@@ -128,10 +141,23 @@ std::string contradiction(const Capture& c) {
 
 }  // namespace
 
+double angle_deg(const HeadView& view) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  return std::acos(std::cos(kDegree * view.yaw_deg) * std::cos(kDegree * view.pitch_deg)) / kDegree;
+}
+
 std::set<int> held_out_frames(const Capture& capture) {
   std::set<int> numbers;
   for (const CaptureFrame& frame : capture.frames) {
     if (frame.held_out) numbers.insert(frame.frame);
+  }
+  return numbers;
+}
+
+std::set<int> silent_frames(const Capture& capture) {
+  std::set<int> numbers = held_out_frames(capture);
+  for (const CaptureFrame& frame : capture.frames) {
+    if (frame.apart) numbers.insert(frame.frame);
   }
   return numbers;
 }
@@ -202,6 +228,8 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
       {"warnings", capture.warnings},
       {"shots", shots},
       {"frames", frames}};
+  if (capture.split == Split::sides)
+    document["sides"] = {{"inside_deg", capture.sides.inside_deg}, {"beyond_deg", capture.sides.beyond_deg}};
   if (!capture.seconds.whole())
     document["seconds"] = {{"from_s", capture.seconds.from_s}, {"to_s", capture.seconds.to_s}};
   if (!capture.film.empty()) document["film"] = to_json(capture.film);

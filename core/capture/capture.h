@@ -18,6 +18,13 @@
 
 namespace likeness {
 
+// From where a frame sees the head, degrees off the clip's typical side of it: the camera stands this far
+// towards the subject's left, and above.
+struct HeadView {
+  double yaw_deg = 0, pitch_deg = 0;
+};
+double angle_deg(const HeadView& view);  // off the typical side, >= 0
+
 struct CaptureFrame {
   int frame = 0;  // number in the source video
   double time_s = 0;
@@ -25,6 +32,9 @@ struct CaptureFrame {
   bool held_out = false;  // never filtered
   bool used = false;      // trains; false for held-out and refused frames
   std::string refused;    // why it does not train; empty when it does or is held out
+  // Refused by the split: it is not scored either, and nothing that frames share is learnt from it.
+  bool apart = false;
+  std::optional<HeadView> view{};  // of Split::sides; nullopt where the landmarks do not tell it
 };
 
 // A stretch of the clip between two cuts, frames first..last.
@@ -58,6 +68,7 @@ struct Capture {
   // rest: it is not learnt from, not scored and not shown.
   PixelRect inside;
   Split split = Split::tail;
+  SideRange sides{};      // of Split::sides
   ClipSeconds seconds{};  // of the video that were read: nothing else of it is looked at
   std::vector<std::string> warnings;
   std::vector<CaptureFrame> frames;  // every frame read (core/video/decode.h: sampled), ascending
@@ -65,7 +76,10 @@ struct Capture {
   std::vector<ClipShot> shots{};
 };
 
+// Those that measure.
 std::set<int> held_out_frames(const Capture& capture);
+// Those and the ones kept apart: what stages must not learn from for other frames.
+std::set<int> silent_frames(const Capture& capture);
 // The first and the last frame read, where only some seconds were; nullopt: the whole clip.
 std::optional<FrameSpan> frames_of_seconds(const Capture& capture);
 // The spans of the used shots; empty where the clip is one shot from its first frame to its last, and was
@@ -90,7 +104,8 @@ struct ImportOptions {
   int size = 256;         // 256, 512 or 1024 px
   int max_frames = 2000;  // training frames kept; more cost memory and time
   Split split = Split::tail;
-  double held_out_share = 0.1;      // of the frames, or of the moving ones; not of random30
+  SideRange sides{};                // of Split::sides
+  double held_out_share = 0.1;      // of the frames, of the moving or of the near ones; not of random30
   std::optional<FrameSpan> moving;  // the frames that a moving camera filmed; needed for Split::views
   double blur_ratio = 0.5;          // a frame is refused below this share of its neighbours' median sharpness
   std::filesystem::path landmark_model;  // as landmark_source takes it
@@ -104,7 +119,7 @@ struct ImportListeners;  // core/capture/import_listeners.h
 
 // Decodes the clip, finds the face, chooses frames and crop and writes frames/NNNNNN.png (training and
 // held-out, cropped, area-filtered to `size`) under `folder`. Refuses clips with no face, two people, or too
-// few frames.
+// few frames, and for Split::sides those whose head does not turn far enough.
 Result<Capture> import_clip(const std::filesystem::path& video, const std::filesystem::path& folder,
                             const ImportOptions& options, const Progress& progress, std::stop_token stop);
 // The same, and others look at the frames that import decodes.

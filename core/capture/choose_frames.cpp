@@ -35,6 +35,8 @@ std::vector<double> face_distance(const std::vector<CaptureFrame>& frames,
   return distance;
 }
 
+bool is_silent(const CaptureFrame& frame) { return frame.held_out || frame.apart; }
+
 // Median sharpness of the training frames around `index`, itself included; frames without a known face do not
 // count.
 double neighbour_median(const std::vector<CaptureFrame>& frames, std::size_t index) {
@@ -42,7 +44,7 @@ double neighbour_median(const std::vector<CaptureFrame>& frames, std::size_t ind
   const std::size_t begin = index - std::min<std::size_t>(index, kNeighbours);
   const std::size_t end = std::min(frames.size(), index + kNeighbours + 1);
   for (std::size_t i = begin; i < end; ++i) {
-    if (frames[i].sharpness > 0 && !frames[i].held_out) around.push_back(frames[i].sharpness);
+    if (frames[i].sharpness > 0 && !is_silent(frames[i])) around.push_back(frames[i].sharpness);
   }
   return median(std::move(around));
 }
@@ -54,8 +56,8 @@ std::vector<double> way_through(const std::vector<CaptureFrame>& frames, const s
   double all = 0;
   std::vector<float> calm(change), trained;
   for (std::size_t i = 0; i < std::min(calm.size(), frames.size()); ++i) {
-    if (frames[i].held_out) calm[i] = 0;
-    if (!frames[i].held_out) trained.push_back(calm[i]);
+    if (is_silent(frames[i])) calm[i] = 0;
+    if (!is_silent(frames[i])) trained.push_back(calm[i]);
   }
   // A cut, or a face found again, is not movement.
   const float most = trained.empty() ? 0 : 8 * std::max(0.1f, median(std::move(trained)));
@@ -103,6 +105,7 @@ void choose_training_frames(std::vector<CaptureFrame>& frames, const std::vector
   for (std::size_t i = 0; i < frames.size(); ++i) {
     CaptureFrame& frame = frames[i];
     frame.used = false;
+    if (frame.apart) continue;
     frame.refused.clear();
     if (frame.held_out) continue;
     const double median = neighbour_median(frames, i);

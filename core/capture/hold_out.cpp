@@ -39,6 +39,26 @@ void hold_out_views(std::vector<CaptureFrame>& frames, const FrameSpan& moving, 
   for (std::size_t i = begin; i < begin + count; ++i) inside[i]->held_out = true;
 }
 
+void hold_out_sides(std::vector<CaptureFrame>& frames, const SideRange& sides, double share) {
+  std::vector<CaptureFrame*> inside;
+  for (CaptureFrame& frame : frames) {
+    frame.held_out = frame.apart = false;
+    frame.refused.clear();
+    const double off_deg = frame.view ? angle_deg(*frame.view) : 0;
+    if (frame.view && off_deg <= sides.inside_deg) {
+      inside.push_back(&frame);
+    } else if (frame.view && off_deg > sides.beyond_deg) {
+      frame.held_out = true;
+    } else {
+      frame.apart = true;
+      frame.refused = frame.view ? "Seen from between the sides that train and those that are held out."
+                                 : "From which side it sees the head is not known.";
+    }
+  }
+  const std::size_t count = count_of(inside.size(), share);
+  for (std::size_t i = inside.size() - count; i < inside.size(); ++i) inside[i]->held_out = true;
+}
+
 void hold_out_random(std::vector<CaptureFrame>& frames, double share) {
   std::vector<std::size_t> order(frames.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <memory>
 #include <utility>
 
 #include "core/base/files.h"
@@ -16,6 +17,7 @@
 #include "core/capture/choose_frames.h"
 #include "core/capture/choose_shots.h"
 #include "core/capture/find_film.h"
+#include "core/capture/head_views.h"
 #include "core/capture/hold_out.h"
 #include "core/capture/import_listeners.h"
 #include "core/capture/repeated_frames.h"
@@ -226,6 +228,9 @@ Result<void> hold_out(std::vector<CaptureFrame>& frames, const ImportOptions& op
     case Split::random30:
       hold_out_random(frames, kRandomShare);
       break;
+    case Split::sides:
+      hold_out_sides(frames, options.sides, options.held_out_share);
+      return judge_sides(frames, options.sides, video.string());
   }
   return {};
 }
@@ -286,6 +291,10 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& whole, Captu
   capture.frames_per_second = scan.info.frames_per_second;
   capture.size = options.size;
   capture.split = options.split;
+  if (options.split == Split::sides) {
+    capture.sides = options.sides;
+    fill_in_views(scan.frames, scan.samples);
+  }
   if (const auto held = hold_out(scan.frames, options, video); !held) return held.error();
   choose_training_frames(scan.frames, scan.samples, scan.change, repeats, options);
   put_serving(scan.frames, capture);
@@ -308,14 +317,21 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& whole, Captu
 
 struct FirstLook {
   ClipScan scan;
-  PixelRect found;  // what was filmed of the pictures looked at; empty: all
+  PixelRect found;                                  // what was filmed of the pictures looked at; empty: all
+  std::unique_ptr<HeadViewFinder> views = nullptr;  // where the split asks for them
 };
 
 // Where the face is, how sharp and how much moved in every frame, within the film as far as it is known.
 Result<FirstLook> look_once(VideoReader& reader, const FaceDetector& detector, const PixelRect& film,
-                            const ImportListeners& listeners, const Progress& progress,
+                            const ImportListeners& listeners, Split split, const Progress& progress,
                             std::stop_token stop) {
-  ClipScanner scanner(reader.info(), detector, {}, progress);
+  FaceLookout lookout;
+  std::unique_ptr<HeadViewFinder> views;
+  if (split == Split::sides) {
+    views = std::make_unique<HeadViewFinder>(reader.info(), detector);
+    lookout = [&views](const VideoFrame& frame, const FaceSample& sample) { views->look(frame, sample); };
+  }
+  ClipScanner scanner(reader.info(), detector, lookout, progress);
   FilmFinder finder(reader.info());
   std::vector<FrameListener> all{scanner.listener(), {VideoPixels::luma, [&](const VideoFrame& frame) {
                                                         finder.add(frame);
@@ -328,20 +344,24 @@ Result<FirstLook> look_once(VideoReader& reader, const FaceDetector& detector, c
   }
   if (const auto ready = reader.rewind(pixels_for(all)); !ready) return ready.error();
   if (const auto decoded = decode_for(reader, all, stop); !decoded) return decoded.error();
-  return FirstLook{scanner.take(film), finder.film()};
+  return FirstLook{scanner.take(film), finder.film(), std::move(views)};
 }
 
 // First pass. Where bars are found it is made again within them: a blurred copy shows the face again, and
 // what rests in the picture is not the room. film: of the source, empty: all of it.
 Result<ClipScan> look_at_clip(VideoReader& reader, const FaceDetector& detector,
-                              const ImportListeners& listeners, bool photographs, PixelRect& film,
-                              const Progress& progress, std::stop_token stop) {
+                              const ImportListeners& listeners, Split split, bool photographs,
+                              PixelRect& film, const Progress& progress, std::stop_token stop) {
   constexpr int kDirections = 2;  // bars above and below, bars on both sides
   for (int bars = photographs ? kDirections : 0;; ++bars) {
     reader.show_part(film);
-    auto look = look_once(reader, detector, film, listeners, progress, stop);
+    auto look = look_once(reader, detector, film, listeners, split, progress, stop);
     if (!look) return look.error();
-    if (look->found.empty() || bars == kDirections) return std::move(look->scan);
+    if (look->found.empty() || bars == kDirections) {
+      if (look->views)
+        if (const auto put = look->views->put_into(look->scan.samples, {}, stop); !put) return put.error();
+      return std::move(look->scan);
+    }
     film = {film.x + look->found.x, film.y + look->found.y, look->found.width, look->found.height};
   }
 }
@@ -386,6 +406,12 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
     return refused(ErrorCode::bad_input, video,
                    fmt::format("From {:g} s to {:g} s there is nothing to read.", from_s, to_s),
                    "Choose a second to begin with and a later one to end with.");
+  if (const auto& [inside_deg, beyond_deg] = options.sides;
+      options.split == Split::sides && !(inside_deg > 0 && inside_deg < beyond_deg && beyond_deg < 180))
+    return refused(ErrorCode::bad_input, video,
+                   fmt::format("A frame cannot train within {:g} degrees and be held out beyond {:g}.",
+                               inside_deg, beyond_deg),
+                   "Choose a larger --beyond than --inside.");
   if (!options.seconds.whole() && is_photos(video))
     return refused(ErrorCode::bad_input, video, "Photographs have no seconds.",
                    "Put those that are to be read into a folder of their own.");
@@ -399,7 +425,7 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
 
   reader->keep_frames(options.memory.value_or(available_memory().value_or(0) / 3));
   PixelRect film;
-  auto scan = look_at_clip(*reader, *detector, listeners, is_photos(video), film,
+  auto scan = look_at_clip(*reader, *detector, listeners, options.split, is_photos(video), film,
                            progress.stage(0, 0.6, "look"), stop);
   if (!scan) return scan.error();
   reader->show_part({});

@@ -8,6 +8,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "core/base/linalg.h"
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/capture/capture.h"
@@ -22,6 +23,9 @@ struct FaceSample {
   int frame = 0;
   std::optional<FaceBox> face;  // of the main person, source px
   bool second_face = false;     // another of comparable size is in view
+  // From the head to the camera, of length 1 in the head's frame, where it was asked for and could be told
+  // (core/capture/head_views.h).
+  std::optional<Vec3d> to_camera{};
 };
 
 struct ClipScan {

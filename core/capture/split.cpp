@@ -7,7 +7,7 @@
 namespace likeness {
 namespace {
 
-constexpr std::array<std::string_view, kSplits.size()> kNames{"tail", "views", "random30"};
+constexpr std::array<std::string_view, kSplits.size()> kNames{"tail", "views", "random30", "sides"};
 
 }  // namespace
 

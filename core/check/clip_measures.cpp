@@ -8,14 +8,16 @@
 #include <utility>
 
 #include "core/base/parallel.h"
-#include "core/base/rigid.h"
 #include "core/camera/assumed_lens.h"
 #include "core/capture/choose_shots.h"
 #include "core/capture/find_film.h"
 #include "core/capture/repeated_frames.h"
 #include "core/capture/scan_clip.h"
 #include "core/check/measure_camera.h"
-#include "core/face/fit_clip.h"
+#include "core/face/face_landmarks.h"
+#include "core/face/face_patch.h"
+#include "core/face/fit_frame.h"
+#include "core/face/fit_looks.h"
 #include "core/head/action_amounts.h"
 #include "core/head/builtin_head.h"
 #include "core/matte/coarse_mask.h"
@@ -23,41 +25,18 @@
 namespace likeness {
 namespace {
 
-constexpr LandmarkEffort kEffort{4, 12};  // a look is one of hundreds
-constexpr double kSurroundings = 0.8;     // of the box's width, kept round it for the landmarks
-constexpr int kMaxPatch = 640;            // px a kept patch is reduced to: the face is then 250 px wide
 constexpr std::size_t kBatch = 32;        // patches examined in parallel
 constexpr int kDark = 24, kBright = 250;  // luma: beyond these, shadows and highlights have lost their detail
 constexpr double kFaceEllipse = 0.42;     // of the box: half axes of the part that is surely skin
-constexpr double kMinAgreement = 0.45;    // share of the landmark runs
-constexpr int kIdentityDirections = 30, kIdentityFrames = 40;
 constexpr double kHeadAbove = 0.5, kHeadBelow = 0.25, kHeadBeside = 0.3;  // of the box, to the whole head
 
 // The surroundings of a face, waiting for its landmarks.
 struct Patch {
   std::size_t look = 0;
-  Image8 luma;
-  double x = 0, y = 0, scale = 1;  // source px = x + patch px * scale
-  FaceBox face;                    // patch px
+  FacePatch face;
 };
 
-Patch cut_patch(const Image8& picture, const FaceBox& face, std::size_t look) {
-  const int x = static_cast<int>(std::floor(face.x - kSurroundings * face.width)),
-            y = static_cast<int>(std::floor(face.y - kSurroundings * face.height)),
-            width = static_cast<int>(std::ceil((1 + 2 * kSurroundings) * face.width)),
-            height = static_cast<int>(std::ceil((1 + 2 * kSurroundings) * face.height));
-  Patch patch{look, crop(picture, x, y, width, height), double(x), double(y), 1, {}};
-  if (const int longer = std::max(width, height); longer > kMaxPatch) {
-    patch.scale = double(longer) / kMaxPatch;
-    patch.luma = resize(patch.luma, std::max(1, int(std::lround(width / patch.scale))),
-                        std::max(1, int(std::lround(height / patch.scale))));
-  }
-  patch.face = {(face.x - x) / patch.scale, (face.y - y) / patch.scale, face.width / patch.scale,
-                face.height / patch.scale, face.score};
-  return patch;
-}
-
-void measure_light(const Patch& patch, Look& look) {
+void measure_light(const FacePatch& patch, Look& look) {
   const double cx = patch.face.x + 0.5 * patch.face.width, cy = patch.face.y + 0.5 * patch.face.height,
                rx = kFaceEllipse * patch.face.width, ry = kFaceEllipse * patch.face.height;
   double sum = 0, dark = 0, bright = 0, count = 0;
@@ -86,54 +65,26 @@ double cut_share(const FaceBox& face, int width, int height) {
 class FaceFit {
  public:
   explicit FaceFit(const VideoInfo& info)
-      : model_(make_builtin_head()),
-        head_(reduce_head(model_, kIdentityDirections)),
-        prior_(expression_prior(model_)) {
-    lens_ = assumed_intrinsics(info.width, info.height, info.focal_35mm);
-  }
+      : model_(make_builtin_head()), lens_(assumed_intrinsics(info.width, info.height, info.focal_35mm)) {}
 
   void add(std::size_t look, int frame, const Landmarks& landmarks) {
-    FaceFrame face;
-    face.frame = frame;
-    face.seen = true;
-    // Residuals are wanted in pixels of a face as it fills a working picture.
-    const double eyes_px = std::max(1.0, (landmarks.points[36] - landmarks.points[45]).norm());
-    const double scale = 150 / eyes_px;
-    face.observation.focal_px = lens_.fx * scale;
-    for (int k = 0; k < kLandmarkCount; ++k) {
-      face.observation.rays[k] = ray_direction(lens_, landmarks.points[k]).head<2>();
-      face.observation.sigma_px[k] = std::hypot(1.0, landmarks.spread[k] * scale);
-    }
-    face.state.expression = Eigen::VectorXd::Zero(head_.expression_count());
-    faces_.push_back(std::move(face));
+    seen_.push_back({frame, landmarks});
     looks_.push_back(look);
   }
 
   Result<void> run(std::vector<Look>& looks, const Progress& progress, std::stop_token stop) {
-    if (faces_.size() < 3) return {};
-    ClipFitOptions options;
-    options.identity_frames = kIdentityFrames;
-    options.sweeps = 1;  // looks are too far apart to support each other
-    Eigen::VectorXd identity = Eigen::VectorXd::Zero(head_.identity_count());
-    if (auto started = start_clip(head_, identity, prior_, faces_, {}, stop); !started)
-      return started.error();
-    auto fitted =
-        fit_identity(head_, prior_, options, identity, faces_, progress.stage(0, 0.5, "face"), stop);
-    if (!fitted) return fitted.error();
-    if (auto done = fit_states(head_, fitted->identity, prior_, options, faces_,
-                               progress.stage(0.5, 1, "face"), stop);
-        !done)
-      return done;
+    const auto states = fit_looks(model_, lens_, seen_, progress, stop);
+    if (!states) return states.error();
     const ActionBasis basis = action_basis(model_);
-    for (std::size_t i = 0; i < faces_.size(); ++i) describe(basis, faces_[i].state, looks[looks_[i]]);
+    for (std::size_t i = 0; i < states->size(); ++i) describe(basis, (*states)[i], looks[looks_[i]]);
     return {};
   }
 
  private:
   void describe(const ActionBasis& basis, const FaceState& state, Look& look) const {
     constexpr double kDegree = 180 / std::numbers::pi;
-    // Where the camera is, seen from the head: a face at the picture's edge is seen partly from the side.
-    const Vec3d camera = (inverse(state.cam_from_head).translation()).normalized();
+    // A face at the picture's edge is seen partly from the side.
+    const Vec3d camera = direction_to_camera(state);
     look.posed = camera.allFinite();
     if (!look.posed) return;
     look.yaw_deg = -kDegree * std::atan2(camera.x(), camera.z());
@@ -155,11 +106,9 @@ class FaceFit {
   }
 
   const HeadModel model_;
-  const ReducedHead head_;
-  const ExpressionPrior prior_;
-  Intrinsics lens_;
-  std::vector<FaceFrame> faces_;
-  std::vector<std::size_t> looks_;
+  const Intrinsics lens_;
+  std::vector<LandmarkLook> seen_;
+  std::vector<std::size_t> looks_;  // of which look
 };
 
 }  // namespace
@@ -204,20 +153,13 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
 
   std::vector<Patch> patches;
   const auto find_landmarks = [&] {
-    std::vector<Landmarks> found(patches.size());
+    std::vector<std::optional<Landmarks>> found(patches.size());
     parallel_for(patches.size(), [&](std::size_t i) {
-      found[i] = detector->landmarks(patches[i].luma, patches[i].face, 0, nullptr, kEffort);
-      measure_light(patches[i], measures.looks[patches[i].look]);
+      found[i] = patch_landmarks(*detector, patches[i].face);
+      measure_light(patches[i].face, measures.looks[patches[i].look]);
     });
-    for (std::size_t i = 0; i < patches.size(); ++i) {
-      const Patch& patch = patches[i];
-      if (found[i].cluster_share < kMinAgreement) continue;
-      for (int k = 0; k < kLandmarkCount; ++k) {
-        found[i].points[k] = found[i].points[k] * patch.scale + Vec2d(patch.x, patch.y);
-        found[i].spread[k] *= patch.scale;
-      }
-      fit.add(patch.look, measures.looks[patch.look].frame, found[i]);
-    }
+    for (std::size_t i = 0; i < patches.size(); ++i)
+      if (found[i]) fit.add(patches[i].look, measures.looks[patches[i].look].frame, *found[i]);
     patches.clear();
   };
   const auto look_at = [&](const VideoFrame& frame, const FaceSample& sample) {
@@ -227,7 +169,7 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
     if (sample.face) {
       look.sharpness = face_sharpness(frame.rgb, *sample.face);
       look.cut_share = cut_share(*sample.face, frame.rgb.width, frame.rgb.height);
-      patches.push_back(cut_patch(frame.rgb, *sample.face, measures.looks.size()));
+      patches.push_back({measures.looks.size(), cut_face_patch(frame.rgb, *sample.face)});
     }
     measures.looks.push_back(std::move(look));
     if (patches.size() == kBatch) find_landmarks();

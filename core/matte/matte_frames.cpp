@@ -64,14 +64,14 @@ Result<cv::Mat> network_alpha(const Stage& stage, const cv::Mat& picture) {
 
 namespace {
 
-// The tracked frame nearest in number: heads do not leap where the track is lost. Never a held-out one for a
-// training frame.
+// The tracked frame nearest in number: heads do not leap where the track is lost. Never one that is held out
+// or kept apart for a training frame.
 const TrackedFrame* nearest_tracked(const Stage& stage, const CaptureFrame& frame) {
   const auto may_know = [&](const TrackedFrame& candidate) {
     if (candidate.status == FrameStatus::lost) return false;
     if (frame.held_out) return true;
     const auto own = std::ranges::find(stage.capture.frames, candidate.frame, &CaptureFrame::frame);
-    return own == stage.capture.frames.end() || !own->held_out;
+    return own == stage.capture.frames.end() || !(own->held_out || own->apart);
   };
   const TrackedFrame* best = nullptr;
   for (const auto& candidate : stage.track.frames)

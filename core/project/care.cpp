@@ -179,7 +179,7 @@ Result<Project> relink_clip(const fs::path& folder, const fs::path& clip) {
 
 namespace {
 
-// fix: what to do instead of naming a held-out frame.
+// fix: what to do instead of naming a frame that the split takes out.
 Result<void> check_training_frames(const Capture& capture, const std::vector<int>& frames, const char* fix) {
   for (const int frame : frames) {
     const auto own = std::ranges::find(capture.frames, frame, &CaptureFrame::frame);
@@ -192,6 +192,10 @@ Result<void> check_training_frames(const Capture& capture, const std::vector<int
     if (own->held_out)
       return Error{ErrorCode::bad_input,
                    fmt::format("Frame {} is held out: it measures the avatar and never trains.", frame), fix,
+                   ""};
+    if (own->apart)
+      return Error{ErrorCode::bad_input,
+                   fmt::format("Frame {} is kept apart by the split: nothing is learnt from it.", frame), fix,
                    ""};
   }
   return {};

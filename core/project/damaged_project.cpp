@@ -82,6 +82,7 @@ std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
     named.push_back(capture->video);
     options.import.size = capture->size;
     options.import.split = capture->split;
+    options.import.sides = capture->sides;
     options.import.seconds = capture->seconds;
   }
   std::error_code ignored;

@@ -187,7 +187,7 @@ struct KeptDecoding::State {
     if (bytes > room) return;
     const PixelRect part = tracked_part(capture);
     const TrackRegion region{part.x, part.y, part.width, part.height};
-    const std::set<int> held_out = held_out_frames(capture);
+    const std::set<int> held_out = silent_frames(capture);
     const auto key = clip_frames_inputs(capture.video_hash, region, held_out, options);
     auto follower = ClipFollower::create(info, inputs().video, region, held_out, options);
     if (!key || !follower) return;

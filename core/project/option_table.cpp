@@ -51,8 +51,23 @@ std::vector<OptionRow> make_table() {
        .stale = {import, align},
        .flag = "--split",
        .help = "What is held out to measure on: the last tenth (tail, the default), a tenth of what a moving "
-               "camera filmed, in a row (views), or three tenths at random (random30)",
+               "camera filmed, in a row (views), three tenths at random (random30), or what sees the head "
+               "from far off its typical side (sides)",
        .verbs = kNewProject},
+      {.key = "inside_deg",
+       .member = [](O& o) -> double& { return o.import.sides.inside_deg; },
+       .flag = "--inside",
+       .help = "Of --split sides: frames that see the head from within so many degrees of its typical side "
+               "train, but for the last tenth of them, which is held out; default: 10",
+       .verbs = kNewProject,
+       .range = {.low = 1, .high = 90}},
+      {.key = "beyond_deg",
+       .member = [](O& o) -> double& { return o.import.sides.beyond_deg; },
+       .flag = "--beyond",
+       .help = "Of --split sides: frames that see it from farther than so many degrees are held out, and "
+               "those between are neither; default: 20",
+       .verbs = kNewProject,
+       .range = {.low = 1, .high = 90}},
       {.key = "from_s",
        .member = [](O& o) -> double& { return o.import.seconds.from_s; },
        .stale = {import},

@@ -28,6 +28,7 @@ struct ImportChoices {
   int size = 256;             // px
   Split split = Split::tail;  // what is held out
   ClipSeconds seconds{};      // of the clip that are read
+  SideRange sides{};          // of Split::sides
 
   bool operator==(const ImportChoices&) const = default;
 };

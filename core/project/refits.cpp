@@ -186,7 +186,7 @@ Result<Track> apply_refits(const Project& project, const RefitWork& work, const 
     const TrackRegion region{part.x, part.y, part.width, part.height};
     RefitOptions options;
     options.track = work.options;
-    auto refit = refit_span(inputs.video, region, work.cameras, held_out_frames(work.capture), work.model,
+    auto refit = refit_span(inputs.video, region, work.cameras, silent_frames(work.capture), work.model,
                             first, span, options,
                             progress.stage(double(i) / double(spans.size()),
                                            double(i + 1) / double(spans.size()), "fitting a span again"),

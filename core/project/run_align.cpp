@@ -26,7 +26,7 @@ Result<void> run_align(const StageContext& context) {
   std::error_code ignored;
   const bool photographs = fs::is_directory(inputs.video, ignored) && options.kind != CameraKind::resting;
   if (const auto capture = read_capture(capture_path(context.project))) {
-    options.held_out = held_out_frames(*capture), options.film = capture->film;
+    options.held_out = silent_frames(*capture), options.film = capture->film;
     options.stretches = stretches_that_serve(*capture), options.shots = spans_where_cut(*capture);
     if (capture->shots.size() > 1 || !capture->seconds.whole()) shots = capture->shots;
   }

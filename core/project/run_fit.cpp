@@ -110,7 +110,7 @@ Result<void> run_fit(const StageContext& context) {
     const PixelRect part = tracked_part(*capture);
     const TrackRegion region{part.x, part.y, part.width, part.height};
     const bool again = !inputs.choices.refits.empty();
-    auto whole = track_clip(inputs.video, region, *cameras, held_out_frames(*capture), *model, work.options,
+    auto whole = track_clip(inputs.video, region, *cameras, silent_frames(*capture), *model, work.options,
                             rest.stage(0, again ? 0.9 : 1, "fit"), context.stop);
     if (!whole) return whole.error();
     whole->head_model_file = inputs.head_model.string();

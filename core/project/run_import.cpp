@@ -7,6 +7,8 @@
 
 #include "core/base/files.h"
 #include "core/capture/capture.h"
+#include "core/capture/head_views.h"
+#include "core/capture/split.h"
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
 #include "core/project/kept_decoding.h"
@@ -56,6 +58,18 @@ Result<void> part_from_foreign_clip(Project& project, const Capture& capture,
   return {};
 }
 
+// Of Split::sides, of which the other words do not say enough.
+std::string sides_words(const Capture& capture) {
+  int inside = 0, beyond = 0;
+  for (const CaptureFrame& frame : capture.frames)
+    if (frame.held_out) ++(angle_deg(*frame.view) <= capture.sides.inside_deg ? inside : beyond);
+  const SideCounts counts = count_sides(capture.frames, capture.sides);
+  return fmt::format(
+      "The head is seen from up to {:.0f} degrees off its typical side: {} are held out within {:g} degrees, "
+      "{} beyond {:g}; of the refused, {} are kept apart.",
+      counts.widest_deg, inside, capture.sides.inside_deg, beyond, capture.sides.beyond_deg, counts.apart);
+}
+
 }  // namespace
 
 Result<void> run_import(const StageContext& context) {
@@ -64,6 +78,7 @@ Result<void> run_import(const StageContext& context) {
   options.size = inputs.choices.size;
   options.landmark_model = inputs.landmark_model;
   options.split = inputs.choices.split;
+  options.sides = inputs.choices.sides;
   options.seconds = inputs.choices.seconds;
   if (is_further(context.project)) options.held_out_share = 0;  // the first clip alone is measured
   KeptDecoding kept(context);
@@ -76,6 +91,7 @@ Result<void> run_import(const StageContext& context) {
   context.record.message =
       fmt::format("{} frames: {} train, {} held out, {} refused.", capture->frames.size(), used, held_out,
                   int(capture->frames.size()) - used - held_out);
+  if (capture->split == Split::sides) context.record.message += " " + sides_words(*capture);
   if (!capture->seconds.whole())
     context.record.message += fmt::format(" Read {}.", seconds_words(capture->seconds));
   context.record.warnings = capture->warnings;

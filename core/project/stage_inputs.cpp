@@ -18,6 +18,7 @@ StageInputs stage_inputs(const ProjectOptions& options) {
                 .person_network = shared.person_network,
                 .seed = shared.seed,
                 .split = options.import.split,
+                .sides = options.import.sides,
                 .choices = options.align},
       .fit = {.video = shared.video,
               .head_model = shared.head_model,

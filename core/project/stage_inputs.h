@@ -22,6 +22,7 @@ struct AlignInputs {
   std::filesystem::path video, landmark_model, person_network;
   std::uint64_t seed = 0;
   Split split = Split::tail;  // a hand-held camera's held-out frames say nothing about its other ones
+  SideRange sides{};
   AlignChoices choices{};
 };
 

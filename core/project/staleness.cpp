@@ -75,13 +75,21 @@ std::string person_network_text(const fs::path& choice) {
   return hash.empty() ? "" : fmt::format(" person network {} {}", kPersonNetworkVersion, hash);
 }
 
+// Empty for the usual one, so that the hashes of projects from before there were others stay as they are.
+std::string split_text(Split split, const SideRange& sides) {
+  if (split == Split::tail) return "";
+  std::string text = fmt::format(" {}", split_name(split));
+  if (split == Split::sides) text += fmt::format(" {}-{}", sides.inside_deg, sides.beyond_deg);
+  return text;
+}
+
 std::string import_text(const Project& project, const ImportInputs& inputs) {
   const auto& [video, landmark_model, person_network, camera, choices] = inputs;
-  const auto& [size, split, seconds] = choices;
+  const auto& [size, split, seconds, sides] = choices;
   std::string text = fmt::format("{} {}", clip_content(project, video), size);
   if (is_further(project)) text += " further";
   if (!seconds.whole()) text += fmt::format(" seconds {}-{}", seconds.from_s, seconds.to_s);
-  if (split != Split::tail) text.append(" ").append(split_name(split));
+  text += split_text(split, sides);
   if (split == Split::views && camera == CameraKind::resting) text += " rests";  // what such a split refuses
   // Such a split asks where the camera moves, which is measured beside the person.
   if (split == Split::views && camera != CameraKind::resting) text += person_network_text(person_network);
@@ -89,12 +97,12 @@ std::string import_text(const Project& project, const ImportInputs& inputs) {
 }
 
 std::string align_text(const Project& project, const AlignInputs& inputs) {
-  const auto& [video, landmark_model, person_network, seed, split, choices] = inputs;
+  const auto& [video, landmark_model, person_network, seed, split, sides, choices] = inputs;
   const auto& [camera, lens_mm] = choices;
   std::string text = fmt::format("{} {}", clip_content(project, video), seed);
   if (camera)
     text += *camera == CameraKind::resting ? " rests" : fmt::format(" {}", camera_kind_name(*camera));
-  if (split != Split::tail && camera != CameraKind::resting) text.append(" ").append(split_name(split));
+  if (camera != CameraKind::resting) text += split_text(split, sides);
   if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
   if (camera != CameraKind::resting)
     text += person_network_text(person_network);  // else nobody is looked for

@@ -412,6 +412,7 @@ TEST_F(CommandLine, StudiesSayWhatTheyNeed) {
            {{"study", folder}, "where its report goes"},
            {{"study", folder, "--tables", "occupancy"}, "not a Likeness project"},
            {{"study", "track", "track.json"}, "--marks"},
+           {{"study", "beyond", folder, "--out", folder}, "not a Likeness project"},
            {{"bench", "--tables", "settings"}, "no project"},
            {{"bench", folder, "--tables", "live"}, "--clip"},
            {{"bench", folder, "--tables", "field", "--clip", "x.mp4"}, "--clip"}}) {
@@ -424,6 +425,7 @@ TEST_F(CommandLine, StudiesSayWhatTheyNeed) {
   for (const auto& [words, named] : std::vector<std::pair<std::vector<std::string>, std::string>>{
            {{"study", "beyond"}, "--out"},
            {{"study", "beyond", "--out", folder, "--person", "9"}, "--person"},
+           {{"study", "beyond", folder, "--out", folder, "--person", "1"}, "project excludes --person"},
            {{"study", "beyond", "--out", folder, "--head-within", "90"}, "--head-within"},
            {{"study", "beyond", "--out", folder, "--action-share", "0"}, "--action-share"},
            {{"demo", folder, "--head-within", "0"}, "--head-within"},

@@ -110,7 +110,7 @@ TEST(OptionFlags, ANumberOutsideItsRangeIsRefusedByName) {
 
 TEST(OptionFlags, AnUnknownChoiceIsRefusedByName) {
   for (const char* key : {"split", "mode"}) expect_refused(option_row(key), "guess");
-  for (const char* name : {"tail", "views", "random30"}) expect_taken(option_row("split"), name);
+  for (const char* name : {"tail", "views", "random30", "sides"}) expect_taken(option_row("split"), name);
   for (const char* name : {"auto", "static", "concat", "hyper", "warp", "warp+hyper"})
     expect_taken(option_row("mode"), name);
 }

@@ -46,6 +46,13 @@ Image8 beside(const Image8& truth, const Image8& rendered) {
   return out;
 }
 
+Image8 silhouette(const Image& rgba) {
+  constexpr float kOpaque = 0.5f;
+  Image8 mask(rgba.width, rgba.height, 1);
+  for (std::size_t i = 0; i < mask.data.size(); ++i) mask.data[i] = rgba.data[4 * i + 3] > kOpaque ? 255 : 0;
+  return mask;
+}
+
 }  // namespace
 
 Headline headline(const Evaluation& evaluation) {
@@ -146,6 +153,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
       if (!distance) return distance.error();
       distances.push_back(*distance);
     }
+    if (options.look) options.look({score, *truth, picture, silhouette(rendered->rgba), *regions});
     result.frames.push_back(score);
     ++result.frames_test;
     if (options.refit) {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -12,12 +13,22 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/image/image.h"
 #include "core/lab/score/frame_score.h"
+#include "core/matte/read_regions.h"
 #include "core/project/project.h"
 #include "core/render/backend.h"
 #include "core/render/render.h"
 
 namespace likeness {
+
+// A held-out frame beside its truth, as far as it was filmed.
+struct ScoredFrame {
+  const FrameScore& score;
+  const Image8 &truth, &rendered;  // 8-bit RGB
+  const Image8& silhouette;        // of the avatar: one channel, 255 where it hides what is behind
+  const Regions& regions;
+};
 
 struct EvalOptions {
   // One PNG per held-out frame, named by its number in the source (000360.png), in source pixels: red person,
@@ -29,7 +40,8 @@ struct EvalOptions {
   std::filesystem::path
       lpips;  // a network that measures perceptual distance (perceptual_network.h); empty = none
   RenderQuality quality = RenderQuality::final;
-  RenderPlace place;   // where the avatar is rendered
+  RenderPlace place;                               // where the avatar is rendered
+  std::function<void(const ScoredFrame&)> look{};  // called with every frame that is scored
   bool refit = false;  // also fit every frame's pose and expression to the frozen field; about 3 s a frame
 };
 

@@ -70,7 +70,7 @@ Result<fs::path> make_track(const Inputs& inputs, const std::string& step, const
   const SquareCrop& crop = inputs.capture.crop;
   auto track =
       track_clip(inputs.project.options.shared.video, {crop.x, crop.y, crop.side, crop.side}, inputs.cameras,
-                 held_out_frames(inputs.capture), inputs.model, steps->front().options, progress, stop);
+                 silent_frames(inputs.capture), inputs.model, steps->front().options, progress, stop);
   if (!track) return track.error();
   if (const auto written = write_track(path, *track); !written) return written.error();
   return path;

@@ -72,6 +72,31 @@ TEST_F(CaptureFile, GivesBackExactlyWhatWasWritten) {
   EXPECT_EQ(held_out_frames(*read), std::set<int>{9});
 }
 
+TEST_F(CaptureFile, KeepsTheViewsOfTheSplitThatGoesByThem) {
+  Capture c = example();
+  ASSERT_TRUE(write_capture(path_, c));
+  for (const char* key : {"view", "apart", "sides"})  // as in files from before it
+    EXPECT_EQ(read_text(path_)->find(std::string("\"") + key + '"'), std::string::npos) << key;
+  c.split = Split::sides, c.sides = {7.5, 16};
+  c.frames[2].view = {-12.25, 3.5};
+  c.frames[2].used = false, c.frames[2].apart = true, c.frames[2].refused = "Seen from between.";
+  ASSERT_TRUE(write_capture(path_, c));
+  const auto read = read_capture(path_);
+  ASSERT_TRUE(read) << read.error().what;
+  EXPECT_EQ(read->split, Split::sides);
+  EXPECT_EQ(read->sides, c.sides);
+  ASSERT_TRUE(read->frames[2].view);
+  EXPECT_EQ(read->frames[2].view->yaw_deg, -12.25);
+  EXPECT_EQ(read->frames[2].view->pitch_deg, 3.5);
+  EXPECT_TRUE(read->frames[2].apart);
+  EXPECT_FALSE(read->frames[1].view);
+  EXPECT_EQ(held_out_frames(*read), std::set<int>{9});
+  EXPECT_EQ(silent_frames(*read), (std::set<int>{c.frames[2].frame, 9}));
+  c.frames[2].used = true;
+  ASSERT_TRUE(write_capture(path_, c));
+  EXPECT_FALSE(read_capture(path_));
+}
+
 TEST_F(CaptureFile, SaysWhatWasFilmedOfThePicturesOnlyWhereNotAllWas) {
   Capture c = example();
   ASSERT_TRUE(write_capture(path_, c));

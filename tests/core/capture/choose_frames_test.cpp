@@ -59,6 +59,25 @@ TEST(ChooseTrainingFrames, LeavesHeldOutFramesAloneHoweverBlurred) {
   }
 }
 
+TEST(ChooseTrainingFrames, FramesKeptApartStaySoAndDecideNothing) {
+  auto frames = even_frames(120), others = frames;
+  for (std::size_t i = 40; i < 80; ++i) {
+    for (auto* all : {&frames, &others}) (*all)[i].apart = true, (*all)[i].refused = "Seen from between.";
+    others[i].sharpness = 9000;  // beside which every other frame would be blurred
+  }
+  std::vector<float> calm(120, 0.2f), wild = calm;
+  for (std::size_t i = 40; i < 80; ++i) wild[i] = 50;
+  choose_training_frames(frames, faces_everywhere(120), calm, {}, {.max_frames = 30});
+  choose_training_frames(others, faces_everywhere(120), wild, {}, {.max_frames = 30});
+  EXPECT_EQ(used(frames), 30);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i].used, others[i].used) << i;
+    if (!frames[i].apart) continue;
+    EXPECT_FALSE(frames[i].used) << i;
+    EXPECT_EQ(frames[i].refused, "Seen from between.");
+  }
+}
+
 TEST(ChooseTrainingFrames, ThinsEvenlyToTheLimit) {
   for (const int limit : {1, 7, 50, 99, 180, 500}) {
     auto frames = even_frames(200);

@@ -9,6 +9,7 @@ namespace {
 TEST(Split, NamesAreReadBack) {
   for (const Split split : kSplits) EXPECT_EQ(split_named(split_name(split)), split);
   EXPECT_FALSE(split_named("random"));
+  EXPECT_EQ(split_named("sides"), Split::sides);
 }
 
 }  // namespace

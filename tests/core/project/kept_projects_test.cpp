@@ -105,6 +105,7 @@ TEST_F(KeptProjects, OfTheUsualOptionsIsCurrentAndWrittenTheSame) {
   auto kept = nlohmann::json::parse(text);
   kept["options"]["person_network"] = "";
   kept["options"]["from_s"] = kept["options"]["to_s"] = 0.0;
+  kept["options"]["inside_deg"] = 10.0, kept["options"]["beyond_deg"] = 20.0;
   kept["options"]["use_proxies"] = true;
   EXPECT_EQ(nlohmann::json::parse(*read_text(root_ / "p" / "project.json")), kept);
 }
@@ -126,6 +127,7 @@ TEST_F(KeptProjects, OfOtherOptionsIsCurrentAndWrittenTheSame) {
   // There were no such choices.
   kept["options"]["person_network"] = "";
   kept["options"]["from_s"] = kept["options"]["to_s"] = 0.0;
+  kept["options"]["inside_deg"] = 10.0, kept["options"]["beyond_deg"] = 20.0;
   EXPECT_EQ(written, kept);
 }
 

@@ -132,7 +132,7 @@ TEST_F(OptionTable, AMissingKeyIsTheDefaultOrDamage) {
 
 TEST_F(OptionTable, AValueOfAnotherKindIsRefusedByName) {
   for (const OptionRow& row : option_table()) expect_refused(row, {{"a", 1}}, option_domain(row));
-  expect_refused(option_row("split"), "tale", "tail, views or random30");
+  expect_refused(option_row("split"), "tale", "tail, views, random30 or sides");
   expect_refused(option_row("mode"), "guess", "static, concat, hyper, warp or warp+hyper");
   expect_refused(option_row("use_latent"), 1, "true or false");
   expect_refused(option_row("video"), 7, "a path");

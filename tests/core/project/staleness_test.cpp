@@ -213,6 +213,21 @@ TEST_F(Staleness, NoPersonNetworkIsRememberedAsAWord) {
   EXPECT_EQ(opened->options.shared.person_network, "none");
 }
 
+TEST_F(Staleness, TheRangeOfSidesIsReadByTheSplitThatGoesByIt) {
+  project_.options.import.sides = {7, 15};
+  EXPECT_EQ(names(to_do(project_)), "");
+  project_.options.import.split = Split::sides;
+  finish();
+  project_.options.import.sides.inside_deg = 8;
+  EXPECT_EQ(names(to_do(project_)), "import align ");
+  project_.options.import.sides = {7, 16};
+  EXPECT_EQ(names(to_do(project_)), "import align ");
+  project_.options.align.camera = CameraKind::resting;  // which needs no frames to tell it anything
+  finish();
+  project_.options.import.sides.beyond_deg = 15;
+  EXPECT_EQ(names(to_do(project_)), "import ");
+}
+
 TEST_F(Staleness, ARestingCameraIsReadByTheImportThatHoldsOutViews) {
   project_.options.import.split = Split::views;
   finish();
