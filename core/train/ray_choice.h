@@ -24,7 +24,7 @@ constexpr float kFaceShare = 0.25f, kPersonShare = 0.5f, kRandomBackgroundShare 
 constexpr double kFurtherShare = 1.0 / 3;
 // Share of a step's rays for proxies: at first, and from half of the steps on. By then they have said where
 // the surface is, and what they know less well than the clip must not hold it back.
-constexpr double kProxyShare = 0.2, kLateProxyShare = 0.04;
+constexpr double kProxyShare = 0.2, kLateProxyShare = 0.02;
 constexpr int kTries = 8, kMaskedTries = 32;  // the second where only part of the picture is trained on
 
 struct PixelBox {
