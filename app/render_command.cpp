@@ -14,6 +14,7 @@
 #include "app/removed.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/direct/direct_avatar.h"
 #include "core/direct/performance.h"
 #include "core/direct/seen_limits.h"
 #include "core/export/write_film.h"

@@ -72,9 +72,9 @@ CarriedColours carry_colours(const HeadInPicture& from, const Image& from_rgb, c
 
 ColourChange colour_change(const CarriedColours& carried, const HeadInPicture& to, const Image& to_rgb,
                            int least_pixels) {
-  std::array<Vec3d, kFaceParts> sums;
+  std::array<Vec3d, kSkinParts> sums;
   sums.fill(Vec3d::Zero());
-  std::array<int, kFaceParts> counts{};
+  std::array<int, kSkinParts> counts{};
   ColourChange change;
   for (std::size_t i = 0; i < carried.known.size(); ++i) {
     if (!carried.known[i]) continue;

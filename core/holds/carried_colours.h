@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/holds/face_parts.h"
+#include "core/holds/skin_parts.h"
 #include "core/image/image.h"
 
 namespace likeness {

@@ -16,8 +16,8 @@
 #include "core/base/quantile.h"
 #include "core/base/rigid.h"
 #include "core/holds/carried_colours.h"
-#include "core/holds/face_parts.h"
 #include "core/holds/picture_faults.h"
+#include "core/holds/skin_parts.h"
 #include "core/render/camera_path.h"
 #include "core/render/pose_avatar.h"
 #include "core/render/ray_depth.h"
@@ -56,7 +56,7 @@ Image smoothed(const Image& picture) {
   return out;
 }
 
-struct Look {
+struct Shown {
   Camera camera;
   RenderState state;
   Image rgb, smooth, alpha;
@@ -73,15 +73,15 @@ class Looker {
         renderer_(renderer),
         rig_(make_rig(avatar, model)),
         side_(side),
-        map_(make_face_map(model, posed(avatar.neutral))) {}
+        map_(make_skin_map(model, posed(avatar.neutral))) {}
 
-  const FaceMap& map() const { return map_; }
+  const SkinMap& map() const { return map_; }
   std::vector<Vec3f> posed(const Articulation& face) const {
     return pose_detailed_head(model_, rig_.shape, face, rig_.detail);
   }
 
-  Result<Look> look(const Camera& camera, const Articulation& face) const {
-    Look look;
+  Result<Shown> look(const Camera& camera, const Articulation& face) const {
+    Shown look;
     look.camera = small_camera(camera, side_);
     AvatarPose pose = typical_state(avatar_).pose;
     pose.articulation = face;
@@ -119,12 +119,12 @@ class Looker {
   FrameRenderer& renderer_;
   AvatarRig rig_;
   int side_;
-  FaceMap map_;
+  SkinMap map_;
 };
 
 // Median over the face's skin of how far, along the ray, light ends from the posed head, mm; NaN where none
 // of it is seen.
-double depth_off_mm(const Avatar& avatar, const HeadModel& model, const Look& look) {
+double depth_off_mm(const Avatar& avatar, const HeadModel& model, const Shown& look) {
   const Camera camera = small_camera(look.camera, kDepthSide);
   const HeadInPicture head =
       head_in_picture(model, *look.head.map, look.head.posed, camera.intrinsics, look.head.cam_from_head);
@@ -141,12 +141,16 @@ double depth_off_mm(const Avatar& avatar, const HeadModel& model, const Look& lo
   return off.empty() ? std::numeric_limits<double>::quiet_NaN() : median(std::move(off));
 }
 
-// Where specks count: the head, with the hair that stands off it.
-Image8 head_with_hair_of(const Look& look) {
-  Image8 mask = look.heads;
-  for (int y = 0; y < mask.height; ++y)
-    for (int x = 0; x < mask.width; ++x)
-      if (look.chin.holds(x, y) && *look.alpha.at(x, y) > 0.5f) *mask.at(x, y) = 255;
+// Where specks count: on plain skin, which has none of its own.
+Image8 plain_skin(const Shown& look) {
+  const SkinMap& map = *look.head.map;
+  std::vector<std::uint8_t> plain(map.part.size(), 0);
+  for (std::size_t t = 0; t < plain.size(); ++t) plain[t] = map.part[t] != SkinPart::none;
+  const Image8 seen = seen_mask(look.head, plain);
+  Image8 mask = seen;
+  const cv::Mat from(seen.height, seen.width, CV_8U, const_cast<std::uint8_t*>(seen.data.data()));
+  cv::Mat to(mask.height, mask.width, CV_8U, mask.data.data());
+  cv::erode(from, to, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
   return mask;
 }
 
@@ -154,21 +158,21 @@ Image8 head_with_hair_of(const Look& look) {
 struct OwnFaults {
   double missing = 0, outside = 0, loose = 0, shredded = 0, specks = 0;
 };
-OwnFaults own_faults(const Look& look, double hair_px) {
+OwnFaults own_faults(const Shown& look, double hair_px) {
   return {missing_share(look.alpha, look.heads, kSilhouetteRim * look.alpha.width),
           outside_share(look.alpha, look.heads, look.chin, hair_px), loose_share(look.alpha),
-          shredded_share(look.alpha), speck_share_within(look.rgb, head_with_hair_of(look))};
+          shredded_share(look.alpha), speck_share_within(look.rgb, plain_skin(look))};
 }
 
 // The avatar where it was filmed, at rest: what everything is compared with.
 struct Reference {
-  Look look;
+  Shown look;
   double hair_px = 0;
   OwnFaults own;
   double depth_mm = 0;
 };
 
-HoldFigures common_figures(const Reference& reference, const Look& look) {
+HoldFigures common_figures(const Reference& reference, const Shown& look) {
   HoldFigures figures;
   const OwnFaults own = own_faults(look, reference.hair_px);
   figures[HoldFault::missing] = own.missing - reference.own.missing;
@@ -185,8 +189,8 @@ HoldFigures common_figures(const Reference& reference, const Look& look) {
 }
 
 // What an action leaves where it is: seen at rest and with it, and moved in neither.
-Image8 unmoved_mask(const FaceMap& map, const std::vector<Triangle>& triangles, const Look& rest,
-                    const Look& look) {
+Image8 unmoved_mask(const SkinMap& map, const std::vector<Triangle>& triangles, const Shown& rest,
+                    const Shown& look) {
   std::vector<std::uint8_t> still(triangles.size(), 0);
   for (std::size_t t = 0; t < triangles.size(); ++t)
     still[t] = map.head[t] && std::ranges::all_of(triangles[t], [&](int v) {
@@ -198,14 +202,14 @@ Image8 unmoved_mask(const FaceMap& map, const std::vector<Triangle>& triangles, 
   return mask;
 }
 
-void add_action_figures(const HeadModel& model, const FaceMap& map, const Reference& reference,
-                        const AskedAction& asked, const Look& look, HoldFigures& figures) {
-  const Look& rest = reference.look;
+void add_action_figures(const HeadModel& model, const SkinMap& map, const Reference& reference,
+                        const AskedAction& asked, const Shown& look, HoldFigures& figures) {
+  const Shown& rest = reference.look;
   const bool forehead_rests = std::ranges::none_of(map.forehead_vertices, [&](int v) {
     return (rest.head.posed[std::size_t(v)] - look.head.posed[std::size_t(v)]).norm() > kUnmoved;
   });
   std::vector<std::uint8_t> forehead(map.part.size(), 0);
-  for (std::size_t t = 0; t < forehead.size(); ++t) forehead[t] = map.part[t] == FacePart::forehead;
+  for (std::size_t t = 0; t < forehead.size(); ++t) forehead[t] = map.part[t] == SkinPart::forehead;
   if (forehead_rests)
     figures[HoldFault::forehead] =
         kLevels * change_within(rest.rgb, look.rgb, seen_mask(rest.head, forehead));

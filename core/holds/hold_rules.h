@@ -19,7 +19,7 @@ enum class HoldFault {
   shredded,   // share of the person's inside that one sees through
   drift,      // levels of 255: of the mean colour of forehead, nose, cheeks or chin
   painted,    // levels: mean change of the face's skin from what the front shows of the same places
-  specks,     // share of the head's pixels
+  specks,     // share of the pixels of plain skin: neither lips nor lids
   depth,      // mm: median distance of where rays on the skin end from the posed head
   forehead,   // levels: mean change of the forehead, of actions that do not move it
   elsewhere,  // levels: mean change of what the action does not move

@@ -192,8 +192,8 @@ TEST_F(DrivenCommand, ACameraGoesRoundOrIsFollowed) {
   std::vector<std::string> around = still;
   around.insert(around.end(), {"--camera", "orbit", "--orbit", "60"});
   const ProgramResult orbit = drive(around, "orbit");
-  EXPECT_TRUE(json::parse(orbit.out).at("beyond_holds").is_null());
   ASSERT_EQ(orbit.exit_code, 0) << orbit.err;
+  EXPECT_TRUE(json::parse(orbit.out).at("beyond_holds").is_null());
   EXPECT_EQ(json::parse(orbit.out).at("frames"), 20);
   const auto seen = [&](const char* folder, const char* frame) {
     const auto picture = read_image(project_.root / folder / frame);
@@ -201,6 +201,12 @@ TEST_F(DrivenCommand, ACameraGoesRoundOrIsFollowed) {
     return picture ? picture->data : std::vector<std::uint8_t>();
   };
   EXPECT_NE(seen("orbit", "000005.png"), seen("still", "000005.png"));  // a quarter of the way: 60 degrees
+  hold_within(project_, 30, 1);
+  const ProgramResult told = drive(around, "orbit again");
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  const json beyond = json::parse(told.out).at("beyond_holds");
+  EXPECT_GT(beyond.at("frames").get<int>(), 5);
+  EXPECT_EQ(beyond.at("sides").size(), 2u);
   CameraSet path{.kind = CameraKind::walking};
   Camera camera = typical_camera(filmed_avatar());
   for (camera.frame = 0; camera.frame < 7; ++camera.frame) path.cameras.push_back(camera);

@@ -18,7 +18,7 @@ struct Seen {
   Image rgb;
 };
 Seen seen_from_yaw(double degrees) {
-  static const FaceMap map = make_face_map(painted_model(), painted_model().vertices);
+  static const SkinMap map = make_skin_map(painted_model(), painted_model().vertices);
   const Camera camera = camera_before_head(degrees, 128);
   Seen seen{head_in_picture(painted_model(), map, painted_model().vertices, camera.intrinsics,
                             camera.cam_from_world),
@@ -27,18 +27,22 @@ Seen seen_from_yaw(double degrees) {
   return seen;
 }
 
-TEST(FaceMap, HasEveryPartOnItsSide) {
-  const FaceMap map = make_face_map(painted_model(), painted_model().vertices);
-  std::array<int, kFaceParts> counts{};
+TEST(SkinMap, HasEveryPartOnItsSide) {
+  const SkinMap map = make_skin_map(painted_model(), painted_model().vertices);
+  std::array<int, kSkinParts> counts{};
   for (std::size_t t = 0; t < map.part.size(); ++t) {
     ++counts[std::size_t(map.part[t])];
-    if (map.part[t] == FacePart::none) continue;
+    if (map.part[t] == SkinPart::none) continue;
     EXPECT_TRUE(map.skin[t]);
     const float x = painted_model().vertices[std::size_t(painted_model().triangles[t][0])].x();
-    if (map.part[t] == FacePart::left_cheek) EXPECT_GT(x, -0.005f);
-    if (map.part[t] == FacePart::right_cheek) EXPECT_LT(x, 0.005f);
+    if (map.part[t] == SkinPart::left_cheek) {
+      EXPECT_GT(x, -0.005f);
+    }
+    if (map.part[t] == SkinPart::right_cheek) {
+      EXPECT_LT(x, 0.005f);
+    }
   }
-  for (int part = 1; part < kFaceParts; ++part) EXPECT_GT(counts[std::size_t(part)], 10) << part;
+  for (int part = 1; part < kSkinParts; ++part) EXPECT_GT(counts[std::size_t(part)], 10) << part;
   EXPECT_FALSE(map.forehead_vertices.empty());
 }
 
@@ -68,7 +72,7 @@ TEST(ColourChange, FindsThePartWhoseColourMoved) {
   const ColourChange before = colour_change(carried, side.head, side.rgb, 8);
   for (std::size_t i = 0; i < carried.known.size(); ++i) {
     const int t = side.head.triangle(i);
-    if (t >= 0 && side.head.map->part[std::size_t(t)] == FacePart::nose) side.rgb.data[3 * i + 2] += 0.1f;
+    if (t >= 0 && side.head.map->part[std::size_t(t)] == SkinPart::nose) side.rgb.data[3 * i + 2] += 0.1f;
   }
   const ColourChange after = colour_change(carried, side.head, side.rgb, 8);
   EXPECT_NEAR(after.drift, before.drift + 0.1, 0.01);

@@ -1,5 +1,5 @@
 // Parts by landmarks of the head at rest.
-#include "core/holds/face_parts.h"
+#include "core/holds/skin_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,16 +34,16 @@ Marks marks_of(const HeadModel& model, const std::vector<Vec3f>& resting) {
   return m;
 }
 
-FacePart part_at(const Marks& m, const Vec3f& p) {
-  if (p.y() > m.brow) return FacePart::forehead;
+SkinPart part_at(const Marks& m, const Vec3f& p) {
+  if (p.y() > m.brow) return SkinPart::forehead;
   if (p.x() > m.nose_right && p.x() < m.nose_left) {
-    if (p.y() < m.nose_top && p.y() > m.nose_base) return FacePart::nose;
-    return p.y() < m.mouth_base - kBelowLip ? FacePart::chin : FacePart::none;
+    if (p.y() < m.nose_top && p.y() > m.nose_base) return SkinPart::nose;
+    return p.y() < m.mouth_base - kBelowLip ? SkinPart::chin : SkinPart::none;
   }
-  if (p.y() > m.eyes) return FacePart::none;
+  if (p.y() > m.eyes) return SkinPart::none;
   if (p.y() < m.nose_base && p.x() > m.mouth_right - kBesideMouth && p.x() < m.mouth_left + kBesideMouth)
-    return p.y() < m.mouth_base - kBelowLip ? FacePart::chin : FacePart::none;
-  return p.x() > m.middle ? FacePart::left_cheek : FacePart::right_cheek;
+    return p.y() < m.mouth_base - kBelowLip ? SkinPart::chin : SkinPart::none;
+  return p.x() > m.middle ? SkinPart::left_cheek : SkinPart::right_cheek;
 }
 
 bool about_lips(const Marks& m, const Vec3f& p) {
@@ -53,12 +53,12 @@ bool about_lips(const Marks& m, const Vec3f& p) {
 
 }  // namespace
 
-FaceMap make_face_map(const HeadModel& model, const std::vector<Vec3f>& resting) {
+SkinMap make_skin_map(const HeadModel& model, const std::vector<Vec3f>& resting) {
   const HeadRegions regions = head_regions(model);
   const Marks marks = marks_of(model, resting);
   const std::size_t count = model.triangles.size();
-  FaceMap map;
-  map.part.assign(count, FacePart::none);
+  SkinMap map;
+  map.part.assign(count, SkinPart::none);
   map.skin.assign(count, 0), map.head = regions.head, map.mouth = regions.mouth_interior;
   map.lips.assign(count, 0), map.drawn.assign(count, 0);
   for (std::size_t t = 0; t < count; ++t) {
@@ -78,7 +78,7 @@ FaceMap make_face_map(const HeadModel& model, const std::vector<Vec3f>& resting)
     map.lips[t] = about_lips(marks, middle);
   }
   std::vector<std::uint8_t> forehead(count, 0);
-  for (std::size_t t = 0; t < count; ++t) forehead[t] = map.part[t] == FacePart::forehead;
+  for (std::size_t t = 0; t < count; ++t) forehead[t] = map.part[t] == SkinPart::forehead;
   map.forehead_vertices = region_vertices(model, forehead);
   return map;
 }
@@ -88,7 +88,7 @@ double HeadInPicture::facing(const Vec3f& point, const Vec3f& normal) const {
   return normal.cast<double>().normalized().dot(to_eye.normalized());
 }
 
-HeadInPicture head_in_picture(const HeadModel& model, const FaceMap& map, std::vector<Vec3f> posed,
+HeadInPicture head_in_picture(const HeadModel& model, const SkinMap& map, std::vector<Vec3f> posed,
                               const Intrinsics& intrinsics, const Pose& cam_from_head) {
   HeadInPicture head;
   head.map = &map;

@@ -12,12 +12,12 @@
 
 namespace likeness {
 
-enum class FacePart : std::uint8_t { none, forehead, nose, left_cheek, right_cheek, chin };
-inline constexpr int kFaceParts = 6;
+enum class SkinPart : std::uint8_t { none, forehead, nose, left_cheek, right_cheek, chin };
+inline constexpr int kSkinParts = 6;
 
 // What does not change with a pose. All flags are of the model's triangles (F).
-struct FaceMap {
-  std::vector<FacePart> part;          // of skin that is neither lips nor lids; the rest is `none`
+struct SkinMap {
+  std::vector<SkinPart> part;          // of skin that is neither lips nor lids; the rest is `none`
   std::vector<std::uint8_t> skin;      // of the face, lips and lids with it
   std::vector<std::uint8_t> head;      // everything but neck and bust
   std::vector<std::uint8_t> mouth;     // what is behind the lips
@@ -28,11 +28,11 @@ struct FaceMap {
   std::vector<int> forehead_vertices;  // above the brows
 };
 // resting: the person's vertices at rest, head frame, m.
-FaceMap make_face_map(const HeadModel& model, const std::vector<Vec3f>& resting);
+SkinMap make_skin_map(const HeadModel& model, const std::vector<Vec3f>& resting);
 
 // The posed head in a picture, without a bust.
 struct HeadInPicture {
-  const FaceMap* map = nullptr;
+  const SkinMap* map = nullptr;
   std::vector<Vec3f> posed, normals;  // (V) head frame
   Intrinsics intrinsics;
   Pose cam_from_head = Pose::Identity();
@@ -46,7 +46,7 @@ struct HeadInPicture {
   // Cosine between the surface's normal and the way to the eye; below zero it faces away.
   double facing(const Vec3f& point, const Vec3f& normal) const;
 };
-HeadInPicture head_in_picture(const HeadModel& model, const FaceMap& map, std::vector<Vec3f> posed,
+HeadInPicture head_in_picture(const HeadModel& model, const SkinMap& map, std::vector<Vec3f> posed,
                               const Intrinsics& intrinsics, const Pose& cam_from_head);
 
 // 255 where a flagged triangle is seen. One channel.
