@@ -32,6 +32,7 @@ constexpr int kDepthSide = 96;       // px
 constexpr float kBehindAll = 0.5f;   // grey, where nothing is
 constexpr float kUnmoved = 0.0003f;  // m
 constexpr double kLevels = 255;
+constexpr double kUnlikeSkin = 64 / kLevels;
 constexpr double kFewPixels = 0.0005;     // of the picture: a part seen by fewer has no colour
 constexpr double kSilhouetteRim = 0.012;  // of the picture's width: the fitted outline is no better
 constexpr double kHullMargin = 0.02;      // of the picture's width, beyond the farthest hair
@@ -202,6 +203,30 @@ Image8 unmoved_mask(const SkinMap& map, const std::vector<Triangle>& triangles, 
   return mask;
 }
 
+// Of the pixels where an eye was seen at rest and the posed head shows skin, the share that does not look
+// like skin; nullopt where there are few.
+std::optional<double> open_lids_share(const Shown& rest, const Shown& look) {
+  const SkinMap& map = *look.head.map;
+  const Image8 eyes = seen_mask(rest.head, map.eyes), skin = seen_mask(look.head, map.skin),
+               plain = plain_skin(look);
+  Vec3d usual = Vec3d::Zero();
+  int plain_pixels = 0;
+  for (std::size_t i = 0; i < plain.data.size(); ++i)
+    if (plain.data[i] != 0)
+      usual += Eigen::Map<const Vec3f>(look.rgb.data.data() + 3 * i).cast<double>(), ++plain_pixels;
+  if (plain_pixels == 0) return std::nullopt;
+  usual /= plain_pixels;
+  int lids = 0, open = 0;
+  for (std::size_t i = 0; i < eyes.data.size(); ++i) {
+    if (eyes.data[i] == 0 || skin.data[i] == 0) continue;
+    const Vec3d own = Eigen::Map<const Vec3f>(look.rgb.data.data() + 3 * i).cast<double>();
+    ++lids;
+    open += (own - usual).cwiseAbs().maxCoeff() > kUnlikeSkin;
+  }
+  if (double(lids) < kFewPixels * double(eyes.data.size())) return std::nullopt;
+  return double(open) / lids;
+}
+
 void add_action_figures(const HeadModel& model, const SkinMap& map, const Reference& reference,
                         const AskedAction& asked, const Shown& look, HoldFigures& figures) {
   const Shown& rest = reference.look;
@@ -215,6 +240,7 @@ void add_action_figures(const HeadModel& model, const SkinMap& map, const Refere
         kLevels * change_within(rest.rgb, look.rgb, seen_mask(rest.head, forehead));
   figures[HoldFault::elsewhere] =
       kLevels * change_within(rest.rgb, look.rgb, unmoved_mask(map, model.triangles, rest, look));
+  if (const auto open = open_lids_share(rest, look)) figures[HoldFault::lids] = *open;
   if (asked.name != "jawOpen") return;
   const Image8 inside = seen_mask(look.head, map.mouth), lips = seen_mask(look.head, map.lips);
   if (double(std::ranges::count(inside.data, 255)) < kFewPixels * double(inside.data.size())) return;

@@ -10,17 +10,22 @@ namespace {
 constexpr double kSameDegree = 0.5;  // a view this little outside counts as inside
 constexpr float kSameAmount = 0.02f;
 
+// Chosen so that the verdicts agree with the truth on people of the demo, with and without proxies
+// (`study beyond`, table `agreement`); the same for everybody. Drift, specks, the forehead, lids and what
+// lies elsewhere decide there. No demo avatar came near the limits of missing, loose, shredded and depth:
+// these are for clips whose jackets turn to smoke and whose cheeks come in layers.
 constexpr std::array<HoldRule, kHoldFaults> kRules{{
-    {"missing", "one sees through the head", 0.02},
-    {"outside", "something stands off the head", 0.05},
+    {"missing", "one sees through the head", 0.05},
+    {"outside", "something stands off the head", 0.08},
     {"loose", "pieces hang loose", 0.01},
     {"shredded", "the body is torn", 0.05},
-    {"drift", "the skin changes colour", 3},
-    {"painted", "the face is another", 8},
-    {"specks", "there are specks", 0.0005},
+    {"drift", "the skin changes colour", 2},
+    {"painted", "the face is another", 5},
+    {"specks", "there are specks", 0.002},
     {"depth", "the face loses its shape", 2},
-    {"forehead", "the forehead changes with it", 1},
-    {"elsewhere", "places change that it does not move", 1},
+    {"forehead", "the forehead changes with it", 1.05},
+    {"elsewhere", "places change that it does not move", 2},
+    {"lids", "the lids do not close", 0.12},
     {"mouth", "the open mouth is not dark inside", 0.6},
 }};
 

@@ -23,9 +23,10 @@ enum class HoldFault {
   depth,      // mm: median distance of where rays on the skin end from the posed head
   forehead,   // levels: mean change of the forehead, of actions that do not move it
   elsewhere,  // levels: mean change of what the action does not move
+  lids,       // share of the lids where an eye was at rest that do not look like skin
   mouth,      // brightness of the open mouth's inside, as a share of the lips'
 };
-inline constexpr int kHoldFaults = 11;
+inline constexpr int kHoldFaults = 12;
 
 // NaN: not measured there.
 struct HoldFigures {

@@ -60,6 +60,7 @@ SkinMap make_skin_map(const HeadModel& model, const std::vector<Vec3f>& resting)
   SkinMap map;
   map.part.assign(count, SkinPart::none);
   map.skin.assign(count, 0), map.head = regions.head, map.mouth = regions.mouth_interior;
+  map.eyes = regions.eyes;
   map.lips.assign(count, 0), map.drawn.assign(count, 0);
   for (std::size_t t = 0; t < count; ++t) {
     const Triangle& triangle = model.triangles[t];

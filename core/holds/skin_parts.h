@@ -20,6 +20,7 @@ struct SkinMap {
   std::vector<SkinPart> part;          // of skin that is neither lips nor lids; the rest is `none`
   std::vector<std::uint8_t> skin;      // of the face, lips and lids with it
   std::vector<std::uint8_t> head;      // everything but neck and bust
+  std::vector<std::uint8_t> eyes;      // the eyeballs
   std::vector<std::uint8_t> mouth;     // what is behind the lips
   std::vector<std::uint8_t> lips;      // about the opening
   std::vector<std::uint8_t> drawn;     // all but the bust

@@ -23,7 +23,7 @@ struct Worst {
   }
 };
 
-Worst truth_of(const BeyondScore& inside, const BeyondView& view) {
+Worst truth_of(const BeyondScore& inside, double inside_specks, const BeyondView& view) {
   Worst worst;
   const double away = std::hypot(view.yaw, view.pitch);
   if (inside.psnr_head_db && view.score.psnr_head_db)
@@ -31,16 +31,16 @@ Worst truth_of(const BeyondScore& inside, const BeyondView& view) {
               "psnr_head");
   worst.add(view.drift / kMostDrift, "drift");
   if (away <= kIouUpTo_deg) worst.add((1 - view.iou) / (1 - kLeastIou), "iou");
-  worst.add(view.specks / kMostSpecks, "specks");
+  worst.add((view.specks - inside_specks) / kMostSpecks, "specks");
   return worst;
 }
 
-Worst truth_of(const BeyondScore& inside, const BeyondAction& action) {
+Worst truth_of(const BeyondScore& inside, double inside_specks, const BeyondAction& action) {
   Worst worst;
   if (inside.psnr_face_db && action.score.psnr_face_db)
     worst.add((*inside.psnr_face_db - *action.score.psnr_face_db) / kFaceLoss_db, "psnr_face");
   if (action.forehead_change) worst.add(*action.forehead_change / kMostForehead, "forehead");
-  worst.add(action.specks / kMostSpecks, "specks");
+  worst.add((action.specks - inside_specks) / kMostSpecks, "specks");
   return worst;
 }
 
@@ -100,7 +100,7 @@ std::vector<CheckedCase> checked_cases(const BeyondStudy& study) {
     if (!tried) continue;
     const bool turned = view.yaw != 0;
     add(fmt::format("{} {:+.0f}", turned ? "yaw" : "pitch", turned ? view.yaw : view.pitch), false,
-        truth_of(study.inside, view), hold_score(tried->figures),
+        truth_of(study.inside, study.inside_specks, view), hold_score(tried->figures),
         holds_view(check.range, turned ? view.yaw : check.typical_yaw_deg,
                    turned ? check.typical_pitch_deg : view.pitch));
   }
@@ -109,8 +109,9 @@ std::vector<CheckedCase> checked_cases(const BeyondStudy& study) {
       return t.asked.name == action.name && t.asked.amount == action.amount;
     });
     if (tried == check.actions.end()) continue;
-    add(fmt::format("{} {:.1f}", action.name, action.amount), true, truth_of(study.inside, action),
-        hold_score(tried->figures), holds_action(check.range, action.name, action.amount));
+    add(fmt::format("{} {:.1f}", action.name, action.amount), true,
+        truth_of(study.inside, study.inside_specks, action), hold_score(tried->figures),
+        holds_action(check.range, action.name, action.amount));
   }
   return cases;
 }

@@ -20,8 +20,8 @@ struct CheckedCase {
 };
 
 // The truth's limits: the head's PSNR within 2 dB of its figure inside the filmed range for each 15 degrees,
-// a drift of 3, up to 30 degrees a silhouette's IoU of 0.95, 0.02 % of specks; of actions the face within 3
-// dB, a change of the forehead of 1, the same specks. All views but the front, all actions.
+// a drift of 3, up to 30 degrees a silhouette's IoU of 0.95, 0.02 % of specks beyond those inside; of actions
+// the face within 3 dB, a change of the forehead of 1, the same specks. All views but the front, all actions.
 std::vector<CheckedCase> checked_cases(const BeyondStudy& study);
 
 struct CheckAgreement {
