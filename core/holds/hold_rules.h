@@ -38,7 +38,7 @@ struct HoldFigures {
 
 struct HoldRule {
   std::string_view name;   // as kept in avatars and printed as JSON
-  std::string_view words;  // completes "beyond it, ..."
+  std::string_view words;  // completes "beyond that ..."
   double limit = 0;        // up to here it holds
 };
 const HoldRule& hold_rule(HoldFault fault);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "core/holds/hold_rules.h"
@@ -26,34 +27,41 @@ std::array<SideEnd, 4> side_ends(const HoldingRange& range) {
            {HeadSide::below, -range.pitch_low.deg, &range.pitch_low}}};
 }
 
-std::string beyond_it(const std::string& fault) {
+std::string_view fault_words(const std::string& fault) {
   const HoldRule* rule = find_hold_rule(fault);
-  return rule ? fmt::format("beyond that {}", rule->words) : std::string("beyond that it fails");
+  return rule ? rule->words : std::string_view("it fails");
 }
 
 }  // namespace
 
 std::string range_words(const HoldingRange& range) {
-  return fmt::format(
-      "It holds from {:.0f} degrees on the person's right to {:.0f} on the left, {:.0f} below to {:.0f} "
-      "above.",
-      -range.yaw_low.deg, range.yaw_high.deg, -range.pitch_low.deg, range.pitch_high.deg);
+  const auto at = [](double deg, const char* unit, const char* below_zero, const char* above_zero) {
+    return fmt::format("{:.0f}{} {}", std::abs(deg), unit, deg < 0 ? below_zero : above_zero);
+  };
+  return fmt::format("It holds from {} to {}, {} to {}.",
+                     at(range.yaw_low.deg, " degrees", "on the person's right", "on the person's left"),
+                     at(range.yaw_high.deg, "", "on the right", "on the left"),
+                     at(range.pitch_low.deg, "", "below", "above"),
+                     at(range.pitch_high.deg, "", "below", "above"));
 }
 
 std::vector<HoldRemark> hold_remarks(const HoldingRange& range) {
   std::vector<HoldRemark> remarks;
   for (const SideEnd& own : side_ends(range))
     if (!own.end->fault.empty())
-      remarks.push_back({fmt::format("From {} it holds up to {:.0f} degrees: {}.", side_words(own.side),
-                                     own.reach_deg, beyond_it(own.end->fault)),
+      remarks.push_back({own.reach_deg >= 0.5
+                             ? fmt::format("From {} it holds up to {:.0f} degrees: beyond that {}.",
+                                           side_words(own.side), own.reach_deg, fault_words(own.end->fault))
+                             : fmt::format("From {} it does not hold: {}.", side_words(own.side),
+                                           fault_words(own.end->fault)),
                          std::string(film_again_side(own.side))});
   for (const HeldAction& action : range.actions) {
     if (action.fault.empty() || action.name.find('+') != std::string::npos) continue;
     const FilmRequest* request = find_film_request(action.name);
-    remarks.push_back(
-        {fmt::format("{} holds up to {:.0f} %: {}.", request ? request->what : std::string_view(action.name),
-                     100 * action.amount, beyond_it(action.fault)),
-         film_again_action(action.name)});
+    remarks.push_back({fmt::format("{} holds up to {:.0f} %: beyond that {}.",
+                                   request ? request->what : std::string_view(action.name),
+                                   100 * action.amount, fault_words(action.fault)),
+                       film_again_action(action.name)});
   }
   return remarks;
 }

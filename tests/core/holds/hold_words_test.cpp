@@ -31,6 +31,14 @@ TEST(RangeWords, NameAllFourSides) {
             "It holds from 20 degrees on the person's right to 45 on the left, 10 below to 25 above.");
 }
 
+TEST(RangeWords, ARangeBesideTheFrontIsToldAsItIs) {
+  HoldingRange range = told_range();
+  range.yaw_low.deg = 12, range.pitch_low.deg = 3;
+  EXPECT_EQ(range_words(range),
+            "It holds from 12 degrees on the person's left to 45 on the left, 3 above to 25 above.");
+  EXPECT_EQ(hold_remarks(range)[0].what, "From the person's right it does not hold: pieces hang loose.");
+}
+
 TEST(SidesBeyond, TheFarthestOutsideFirst) {
   const HoldingRange range = told_range();
   EXPECT_TRUE(sides_beyond(range, 40, 20).empty());
