@@ -11,9 +11,9 @@ constexpr double kSameDegree = 0.5;  // a view this little outside counts as ins
 constexpr float kSameAmount = 0.001f;
 
 // Chosen so that the verdicts agree with the truth on people of the demo, with and without proxies
-// (`study beyond`, table `agreement`; figures: docs/METHOD.md); the same for everybody. Drift, specks, the
-// forehead, lids and what lies elsewhere decide there. No demo avatar came near the limits of missing, loose,
-// shredded and depth: these are for clips whose jackets turn to smoke and whose cheeks come in layers.
+// (`study beyond`, table `agreement`; figures: docs/METHOD.md); the same for everybody. Drift, forehead, lids
+// and what lies elsewhere decide there. No demo avatar reached the limits of loose and depth: these are for
+// clips whose jackets fall to pieces and whose cheeks come in layers.
 constexpr std::array<HoldRule, kHoldFaults> kRules{{
     {"missing", "one sees through the head", 0.05},
     {"outside", "something stands off the head", 0.08},
