@@ -9,6 +9,7 @@
 
 #include "app/backend_option.h"
 #include "app/commands.h"
+#include "app/holds_json.h"
 #include "app/project_options.h"
 #include "app/sides_tables.h"
 #include "app/tables.h"
@@ -83,7 +84,9 @@ std::vector<Table> beyond_tables(const BeyondStudy& study) {
     row.insert(row.end(), {TableCell(action.forehead_change), TableCell(100 * action.specks)});
   }
   actions.notes = {"forehead: its mean change from rest, of 255, less the true one"};
-  return {std::move(inside), std::move(views), std::move(actions)};
+  std::vector<Table> tables{std::move(inside), std::move(views), std::move(actions)};
+  for (Table& table : holds_tables(study)) tables.push_back(std::move(table));
+  return tables;
 }
 
 nlohmann::json number(const std::optional<double>& value) {
@@ -99,11 +102,9 @@ nlohmann::json beyond_json(const BeyondStudy& study) {
                           {"ssim", number(s.ssim)},
                           {"gmsd", number(s.gmsd)}};
   };
-  nlohmann::json json{{"inside", scores(study.inside)},
-                      {"views", nlohmann::json::array()},
-                      {"actions", nlohmann::json::array()},
-                      {"steps", study.steps},
-                      {"train_seconds", study.train_seconds}};
+  nlohmann::json json{{"inside", scores(study.inside)},       {"views", nlohmann::json::array()},
+                      {"actions", nlohmann::json::array()},   {"steps", study.steps},
+                      {"train_seconds", study.train_seconds}, {"holds", holds_json(study.holds.range)}};
   json["inside"]["specks"] = number(study.inside_specks);
   for (const BeyondView& view : study.views) {
     nlohmann::json own = scores(view.score);

@@ -5,10 +5,14 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
+#include "app/holds_json.h"
 #include "app/parts.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/holds/hold_words.h"
 #include "core/project/card.h"
+#include "core/project/open_avatar.h"
+#include "core/project/what_holds.h"
 
 namespace likeness::app {
 
@@ -33,6 +37,10 @@ nlohmann::json to_json(const Card& card) {
                      {"badness", m.badness},
                      {"what", m.what},
                      {"film_again", m.film_again}});
+  json holds_gaps = json::array();
+  if (card.holds)
+    for (const HoldRemark& remark : hold_remarks(*card.holds))
+      holds_gaps.push_back({{"what", remark.what}, {"film_again", remark.film_again}});
   const auto range = [](double low, double high) { return json{low * kDegrees, high * kDegrees}; };
   return {
       {"frames",
@@ -44,6 +52,8 @@ nlohmann::json to_json(const Card& card) {
       {"expressions", expressions},
       {"mouth", {{"widest", card.mouth.widest}, {"smile", card.mouth.smile}, {"teeth", card.mouth.teeth}}},
       {"gaps", gaps},
+      {"holds", card.holds ? holds_json(*card.holds) : json()},
+      {"holds_gaps", holds_gaps},
       {"parts", parts_json(card.parts)},
       {"worst", worst}};
 }
@@ -61,6 +71,11 @@ void print_card(const Card& card) {
     constexpr const char* kTitles[] = {"Never seen", "Seen a little", "Learnt well"};
     fmt::print("{}: {}.\n", kTitles[std::size_t(learnt)], names.empty() ? "nothing" : names);
   }
+  if (card.holds) {
+    fmt::print("\n{}\n", range_words(*card.holds));
+    for (const HoldRemark& remark : hold_remarks(*card.holds))
+      fmt::print("  {}\n    {}\n", remark.what, remark.film_again);
+  }
   if (!card.gaps.empty()) fmt::print("\nTo film in addition\n");
   for (const CardGap& gap : card.gaps) fmt::print("  {}\n    {}\n", gap.what, gap.film_again);
   fmt::print("\nThe worst moments{}\n", card.worst.empty() ? ": none, the track is even." : "");
@@ -71,12 +86,26 @@ void print_card(const Card& card) {
   print_parts(stdout, card.parts);
 }
 
+// Of an avatar from before trainings looked for it.
+Result<HoldingRange> found_now(const CardArguments& arguments) {
+  const auto opened = open_avatar(arguments.project);
+  if (!opened) return opened.error();
+  const ProgressLine line(arguments.common);
+  return what_holds(opened->avatar, opened->model, {}, line.progress().stage(0, 1, "what holds"),
+                    stop_on_signals());
+}
+
 int run(const CardArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
   const auto project = open_project(arguments.project);
   if (!project) return report_failure(project.error());
-  const auto card = project_card(*project);
+  auto card = project_card(*project);
   if (!card) return report_failure(card.error());
+  if (!card->holds) {
+    const auto holds = found_now(arguments);
+    if (!holds) return report_failure(holds.error());
+    card->holds = *holds;
+  }
   if (arguments.common.json) {
     print_json(to_json(*card));
   } else {

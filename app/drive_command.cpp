@@ -10,6 +10,7 @@
 #include "app/backend_option.h"
 #include "app/camera_option.h"
 #include "app/commands.h"
+#include "app/holds_json.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/export/write_out.h"
@@ -68,7 +69,12 @@ Result<void> parse_attributes(const std::vector<std::string>& texts, DriveReques
   return {};
 }
 
-Result<DrivenOutput> drive_film(DriveArguments& a, const Progress& progress, std::stop_token stop) {
+struct DriveOutcome {
+  DrivenOutput output;
+  std::optional<HoldingRange> holds;  // of the avatar
+};
+
+Result<DriveOutcome> drive_film(DriveArguments& a, const Progress& progress, std::stop_token stop) {
   const auto opened = open_avatar(a.project);
   if (!opened) return opened.error();
   if (const auto parsed = parse_gains(a.gains, a.request.options); !parsed) return parsed.error();
@@ -81,7 +87,9 @@ Result<DrivenOutput> drive_film(DriveArguments& a, const Progress& progress, std
   if (!a.camera.rests())
     view.cameras = [&](std::size_t frames) { return film_cameras(a.camera, *opened, int(frames)); };
   if (!a.pose_deg.empty()) view.turn = turn_of(a.pose_deg);
-  return write_driven(*opened, a.request, a.film, a.side_by_side, progress, stop, view);
+  auto output = write_driven(*opened, a.request, a.film, a.side_by_side, progress, stop, view);
+  if (!output) return output.error();
+  return DriveOutcome{std::move(*output), opened->avatar.holds};
 }
 
 int run(DriveArguments& a) {
@@ -89,13 +97,13 @@ int run(DriveArguments& a) {
   const auto place = chosen_place(a.common);
   if (!place) return report_failure(place.error());
   a.film.place = *place;
-  std::optional<Result<DrivenOutput>> outcome;
+  std::optional<Result<DriveOutcome>> outcome;
   {
     const ProgressLine line(a.common);
     outcome = drive_film(a, line.progress(), stop_on_signals());
   }
   if (!*outcome) return report_failure(outcome->error());
-  const DrivenOutput& done = **outcome;
+  const auto& [done, holds] = **outcome;
   if (a.common.json) {
     nlohmann::json gains = nlohmann::json::object();
     for (const auto& [name, gain] : done.gains) gains[name] = gain;
@@ -105,7 +113,8 @@ int run(DriveArguments& a) {
                 {"frames_per_second", done.frames_per_second},
                 {"sound", done.sound.copied},
                 {"sound_left_out", done.sound.why_not},
-                {"gains", gains}});
+                {"gains", gains},
+                {"beyond_holds", beyond_holds_json(holds, done.beyond)}});
     return kExitDone;
   }
   fmt::print(stderr, "Wrote {} ({} frames, {}).\n", a.film.out.string(), done.frames,
@@ -113,6 +122,7 @@ int run(DriveArguments& a) {
   if (done.bridged > 0)
     fmt::print(stderr, "In {} frames the driver's face was lost; the motion is interpolated there.\n",
                done.bridged);
+  warn_beyond_holds(holds, done.beyond);
   return kExitDone;
 }
 

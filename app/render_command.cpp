@@ -10,9 +10,11 @@
 #include "app/backend_option.h"
 #include "app/camera_option.h"
 #include "app/commands.h"
+#include "app/holds_json.h"
 #include "app/removed.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/direct/direct_avatar.h"
 #include "core/direct/performance.h"
 #include "core/direct/seen_limits.h"
 #include "core/export/write_film.h"
@@ -127,9 +129,21 @@ FilmOptions film_options(const RenderArguments& arguments) {
   return options;
 }
 
+struct RenderOutcome {
+  int frames = 0;
+  std::optional<HoldingRange> holds;  // of the avatar
+  BeyondHolds beyond;
+};
+
+RenderOutcome outcome_of(const OpenedAvatar& opened, const Film& film, int frames) {
+  const auto& [project, avatar, model, hash] = opened;
+  if (!avatar.holds) return {frames, {}, {}};
+  return {frames, avatar.holds, beyond_holds(*avatar.holds, avatar, model, film)};
+}
+
 // A directed performance, its camera included.
-Result<int> render_performance(const RenderArguments& arguments, const OpenedAvatar& opened,
-                               const Progress& progress, std::stop_token stop) {
+Result<RenderOutcome> render_performance(const RenderArguments& arguments, const OpenedAvatar& opened,
+                                         const Progress& progress, std::stop_token stop) {
   if (!arguments.expressions.empty() || !arguments.pose_deg.empty() || !arguments.camera.rests() ||
       arguments.frames > 0) {
     return Error{ErrorCode::bad_input,
@@ -139,17 +153,24 @@ Result<int> render_performance(const RenderArguments& arguments, const OpenedAva
   auto performance = read_performance(arguments.performance);
   if (!performance) return performance.error();
   if (arguments.frames_per_second > 0) performance->frames_per_second = arguments.frames_per_second;
-  return write_performed(opened, *performance, film_options(arguments), progress, stop);
+  const auto frames = write_performed(opened, *performance, film_options(arguments), progress, stop);
+  if (!frames) return frames.error();
+  const auto film = direct_film(opened, *performance);
+  if (!film) return film.error();
+  return outcome_of(opened, *film, *frames);
 }
 
-Result<int> render_film(const RenderArguments& arguments, const Progress& progress, std::stop_token stop) {
+Result<RenderOutcome> render_film(const RenderArguments& arguments, const Progress& progress,
+                                  std::stop_token stop) {
   if (const auto fine = check_camera(arguments.camera, arguments.out); !fine) return fine.error();
   const auto opened = open_avatar(arguments.project);
   if (!opened) return opened.error();
   if (!arguments.performance.empty()) return render_performance(arguments, *opened, progress, stop);
   const auto film = make_film(arguments, *opened);
   if (!film) return film.error();
-  return write_posed(*opened, *film, film_options(arguments), progress, stop);
+  const auto frames = write_posed(*opened, *film, film_options(arguments), progress, stop);
+  if (!frames) return frames.error();
+  return outcome_of(*opened, *film, *frames);
 }
 
 // Lists the sliders, and how much of each the capture showed.
@@ -198,16 +219,21 @@ int run(RenderArguments& arguments) {
   auto place = chosen_place(arguments.common);
   if (!place) return report_failure(place.error());
   arguments.place = std::move(*place);
-  std::optional<Result<int>> done;
+  std::optional<Result<RenderOutcome>> done;
   {
     const ProgressLine line(arguments.common);
     done = render_film(arguments, line.progress().stage(0, 1, "render"), stop_on_signals());
   }
   if (!*done) return report_failure(done->error());
-  if (arguments.common.json)
-    print_json({{"out", arguments.out.string()}, {"frames", **done}});
-  else
-    fmt::print(stderr, "Wrote {} ({} frames).\n", arguments.out.string(), **done);
+  const auto& [frames, holds, beyond] = **done;
+  if (arguments.common.json) {
+    print_json({{"out", arguments.out.string()},
+                {"frames", frames},
+                {"beyond_holds", beyond_holds_json(holds, beyond)}});
+    return kExitDone;
+  }
+  fmt::print(stderr, "Wrote {} ({} frames).\n", arguments.out.string(), frames);
+  warn_beyond_holds(holds, beyond);
   return kExitDone;
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -78,6 +79,7 @@ struct Views {
   CameraScene cameras;
   std::unique_ptr<RenderView> render;
   std::shared_ptr<const AvatarPicture> rendered;  // that is in `render`
+  std::map<std::string, float> drag_began;        // values of channels when the drag that moves them began
   bool more_choices = false;
   float exposure_ev = 0;  // of the avatar's view only
   float wipe = 0.5f;      // of the comparison: share of the view that is the avatar

@@ -1,7 +1,8 @@
-// Seen ranges counted from rest: see seen_limits.h.
+// Ranges counted from rest: see seen_limits.h.
 #include "core/direct/seen_limits.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numbers>
 
 #include "core/head/action_amounts.h"
@@ -38,13 +39,33 @@ std::map<std::string, ValueRange> seen_limits(const Avatar& avatar, const HeadMo
     limits[action_channel(action.name)] = {action.low, action.high};
   // A head turned to its left shows what a camera further to its right would see.
   const ViewAngle typical = view_angle(avatar.cam_from_world * avatar.world_from_head);
-  const ViewAngle &low = views.low, &high = views.high;
+  ViewAngle low = views.low, high = views.high;
+  if (const auto& holds = avatar.holds) {
+    constexpr double kRadians = std::numbers::pi / 180;
+    low.yaw = kRadians * holds->yaw_low.deg, high.yaw = kRadians * holds->yaw_high.deg;
+    low.pitch = kRadians * holds->pitch_low.deg, high.pitch = kRadians * holds->pitch_high.deg;
+    for (const HeldAction& action : holds->actions)
+      for (const char* side : {"", "_L", "_R"})
+        if (const auto own = limits.find(action_channel(action.name + side)); own != limits.end())
+          own->second.high = action.amount;
+  }
   limits["head yaw"] = degrees(typical.yaw - high.yaw, typical.yaw - low.yaw);
   limits["head pitch"] = degrees(low.pitch - typical.pitch, high.pitch - typical.pitch);
   limits["head roll"] = degrees(low.roll - typical.roll, high.roll - typical.roll);
   limits["camera yaw"] = degrees(low.yaw - typical.yaw, high.yaw - typical.yaw);
   limits["camera pitch"] = degrees(low.pitch - typical.pitch, high.pitch - typical.pitch);
   return limits;
+}
+
+bool limits_hold(const Avatar& avatar, std::string_view channel) {
+  if (!avatar.holds) return false;
+  constexpr std::string_view kTurns[] = {"head yaw", "head pitch", "camera yaw", "camera pitch"};
+  if (std::ranges::find(kTurns, channel) != std::end(kTurns)) return true;
+  return channel.starts_with(kActionChannel) &&
+         std::ranges::any_of(avatar.holds->actions, [&](const HeldAction& action) {
+           const std::string own = action_channel(action.name);
+           return channel == own || channel == own + "_L" || channel == own + "_R";
+         });
 }
 
 }  // namespace likeness

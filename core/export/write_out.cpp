@@ -179,6 +179,8 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
   if (!cameras) return cameras.error();
   Film film{.cameras = std::move(*cameras), .poses = film_poses(*clip)};
   film.poses.resize(film.cameras.size());
+  if (const auto& holds = opened.avatar.holds)
+    output.beyond = beyond_holds(*holds, opened.avatar, opened.model, film);
   options.frames_per_second = clip->frames_per_second;
   if (side_by_side) {
     const Intrinsics& k = film.cameras.front().intrinsics;

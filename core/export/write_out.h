@@ -11,6 +11,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/direct/beyond_holds.h"
 #include "core/direct/performance.h"
 #include "core/drive/drive_clip.h"
 #include "core/export/write_film.h"
@@ -41,6 +42,7 @@ struct DrivenOutput {
   double frames_per_second = 25;
   CopiedSound sound;
   std::vector<std::pair<std::string, float>> gains;  // that are not 1
+  BeyondHolds beyond;  // of the film, what its avatar does not hold; empty, too, where that is not known
 };
 
 // Where a driven avatar is seen from, and how it holds its head.

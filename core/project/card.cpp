@@ -11,6 +11,7 @@
 
 #include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
+#include "core/holds/film_again.h"
 #include "core/project/further_views.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
@@ -25,24 +26,6 @@ constexpr double kSide = 30 / kDegrees,
 constexpr double kFarTurn = 30 / kDegrees;
 constexpr double kLostBadness = 3, kWeakBadness = 2, kBlurredBadness = 1.5, kWorthMentioning = 1.5;
 constexpr double kWindow_s = 1, kApart_s = 2;
-
-// What people can be asked to do, for the actions that matter most in a face that speaks.
-struct Request {
-  std::string_view action, what, words;
-};
-constexpr Request kRequests[] = {
-    {"jawOpen", "A wide open mouth", "Open the mouth wide, slowly, twice."},
-    {"mouthSmile", "A smile", "Smile as broadly as you can and hold it for two seconds."},
-    {"mouthPucker", "A pout", "Purse the lips as for a kiss, or say a long \"oo\"."},
-    {"mouthFunnel", "A round \"oh\"", "Say a long, round \"oh\"."},
-    {"mouthStretch", "A wide \"ee\"", "Say a long \"ee\" with the corners drawn wide."},
-    {"mouthFrown", "A frown of the mouth", "Pull the corners of the mouth down."},
-    {"browInnerUp", "A raising of the brows", "Raise the brows high and hold them for two seconds."},
-    {"browDown", "A frown of the brows", "Draw the brows together and down."},
-    {"eyeBlink", "A blink", "Close the eyes for a full second, twice."},
-    {"cheekPuff", "A puffing of the cheeks", "Puff out both cheeks."},
-    {"noseSneer", "A wrinkled nose", "Wrinkle the nose."},
-};
 
 std::string_view without_side(std::string_view name) {
   return name.ends_with("_L") || name.ends_with("_R") ? name.substr(0, name.size() - 2) : name;
@@ -76,22 +59,20 @@ std::vector<CardExpression> expressions(const Avatar& avatar, const ActionBasis&
 // -- Gaps
 
 void add_view_gaps(const SeenViews& seen, std::vector<CardGap>& gaps) {
-  const auto gap = [&](double reached, double wanted, const char* side, const char* advice) {
+  const auto gap = [&](double reached, double wanted, HeadSide side) {
     if (reached >= 0.85 * wanted) return;
-    gaps.push_back({fmt::format("Seen from {} only up to {:.0f} degrees of {:.0f}.", side,
+    gaps.push_back({fmt::format("Seen from {} only up to {:.0f} degrees of {:.0f}.", side_words(side),
                                 std::max(0.0, reached) * kDegrees, wanted * kDegrees),
-                    advice});
+                    std::string(film_again_side(side))});
   };
-  gap(seen.high.yaw, kSide, "the person's left",
-      "Turn the head slowly to your right until the left ear faces the camera half way, and back.");
-  gap(-seen.low.yaw, kSide, "the person's right",
-      "Turn the head slowly to your left until the right ear faces the camera half way, and back.");
-  gap(seen.high.pitch, kAboveBelow, "above", "Lower the chin slowly towards the chest, and back.");
-  gap(-seen.low.pitch, kAboveBelow, "below", "Raise the chin slowly, and back.");
+  gap(seen.high.yaw, kSide, HeadSide::left);
+  gap(-seen.low.yaw, kSide, HeadSide::right);
+  gap(seen.high.pitch, kAboveBelow, HeadSide::above);
+  gap(-seen.low.pitch, kAboveBelow, HeadSide::below);
 }
 
 void add_expression_gaps(const std::vector<CardExpression>& list, std::vector<CardGap>& gaps) {
-  for (const Request& request : kRequests) {
+  for (const FilmRequest& request : film_requests()) {
     const auto found = std::ranges::find(list, request.action, &CardExpression::name);
     if (found == list.end() || found->learnt == Learnt::well) continue;
     gaps.push_back(
@@ -162,9 +143,9 @@ std::string hold_it(const std::vector<const CardFrame*>& frames, const Avatar& a
       amounts[both] += shown[a] / float(frames.size()) / (both == name ? 1 : 2);  // the mean of two sides
     }
   }
-  const Request* strongest = nullptr;
+  const FilmRequest* strongest = nullptr;
   float most = kLittle;
-  for (const Request& request : kRequests)
+  for (const FilmRequest& request : film_requests())
     if (const auto found = amounts.find(request.action); found != amounts.end() && found->second > most)
       most = found->second, strongest = &request;
   return strongest ? std::string(strongest->words)
@@ -238,6 +219,7 @@ Card make_card(const Capture& capture, const CameraSet& cameras, const Track& tr
   card.trained = int(seen.views.size());
   card.low = seen.low, card.high = seen.high;
   card.parts = avatar.parts;
+  card.holds = avatar.holds;
   card.expressions = expressions(avatar, basis, mouth);
   card.mouth = mouth;
   add_view_gaps(seen, card.gaps);

@@ -1,6 +1,7 @@
 // The honest card of an avatar: what its capture taught it, what it never saw, and what to film again.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "core/project/seen_mouth.h"
 #include "core/project/seen_views.h"
 #include "core/render/avatar.h"
+#include "core/render/holding_range.h"
 #include "core/scene/track.h"
 
 namespace likeness {
@@ -43,8 +45,9 @@ struct Card {
   SeenMouth mouth;      // how widely it was seen to smile, by the pictures
   std::vector<CardExpression> expressions;  // in the head model's order
   std::vector<CardGap> gaps;
-  std::vector<AvatarPart> parts;  // of the method, and why it has them; empty: from before that was kept
-  std::vector<CardMoment> worst;  // at most three, the worst first; none where the track is even
+  std::vector<AvatarPart> parts;      // of the method, and why it has them; empty: from before that was kept
+  std::optional<HoldingRange> holds;  // beyond what was seen; nullopt: not looked for yet (what_holds)
+  std::vector<CardMoment> worst;      // at most three, the worst first; none where the track is even
 };
 
 // Training and held-out frames both count for the moments: each says what the tracker could not follow.

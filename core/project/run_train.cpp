@@ -16,6 +16,7 @@
 #include "core/project/training_curve.h"
 #include "core/project/training_options.h"
 #include "core/project/training_set.h"
+#include "core/project/what_holds.h"
 #include "core/render/room_picture.h"
 #include "core/train/memory_forecast.h"
 
@@ -71,6 +72,14 @@ Result<void> keep_courses(const StageContext& context, const std::vector<FoundAt
   return write_attribute_values(next_attribute_values_path(context.project), courses);
 }
 
+// Looks how far the avatar holds beyond the clip. A look that was stopped or failed fails no training: it is
+// made when somebody asks.
+void find_what_holds(const StageContext& context, const HeadModel& model, Avatar& avatar) {
+  if (auto holds = what_holds(avatar, model, {context.place.backend, context.place.fall_back, {}},
+                              context.progress.stage(1, 1, "what holds"), context.stop))
+    avatar.holds = std::move(*holds);
+}
+
 }  // namespace
 
 Result<void> run_train(const StageContext& context) {
@@ -110,6 +119,7 @@ Result<void> run_train(const StageContext& context) {
   avatar->background_fault = project_background_fault(context.project);
   avatar->head_model_file = inputs.head_model.string();
   avatar->parts = chosen.parts;
+  find_what_holds(context, *model, *avatar);
   context.record.message = fmt::format("{} steps in {:.0f} s.", avatar->steps, avatar->train_seconds);
   for (const FoundAttribute& attribute : *attributes)
     context.record.message += " Attribute " + course_words(attribute.course);

@@ -17,6 +17,7 @@
 #include "core/head/head_model.h"
 #include "core/image/image.h"
 #include "core/render/attribute.h"
+#include "core/render/holding_range.h"
 #include "core/scene/neck_bend.h"
 #include "core/scene/torso_warp.h"
 
@@ -114,6 +115,8 @@ struct Avatar {
   std::uint64_t steps = 0, seed = 0;
   double train_seconds = 0;
   std::vector<AvatarPart> parts;  // what was chosen for its capture; empty: made before this was stored
+  // Beyond what was filmed; nullopt: made before this was looked for, or the looking was stopped.
+  std::optional<HoldingRange> holds;
 };
 
 // avatar.bin: versioned, checksummed, whole or not at all.

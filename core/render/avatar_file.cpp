@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <tuple>
+#include <utility>
 
 #include "core/base/json_text.h"
 #include "core/field/precision.h"
@@ -179,6 +181,38 @@ json to_json(const AvatarPart& part) {
           {"asked", part.asked},
           {"value", part.value},
           {"reason", part.reason}};
+}
+
+json to_json(const HoldingRange& range) {
+  const auto ends = [](const HeldEnd& low, const HeldEnd& high) {
+    return json{{"deg", {low.deg, high.deg}}, {"faults", {low.fault, high.fault}}};
+  };
+  json actions = json::array();
+  for (const HeldAction& action : range.actions)
+    actions.push_back({{"name", action.name}, {"amount", action.amount}, {"fault", action.fault}});
+  return {{"yaw", ends(range.yaw_low, range.yaw_high)},
+          {"pitch", ends(range.pitch_low, range.pitch_high)},
+          {"actions", actions}};
+}
+
+std::pair<HeldEnd, HeldEnd> held_ends_from_json(const json& j) {
+  const auto end = [&](std::size_t which) {
+    const double deg = finite(j.at("deg").at(which), "range that holds");
+    if (std::abs(deg) > 180) throw Bad{fmt::format("the range that holds goes to {} degrees", deg)};
+    return HeldEnd{deg, j.at("faults").at(which).get<std::string>()};
+  };
+  return {end(0), end(1)};
+}
+
+HoldingRange holding_range_from_json(const json& j) {
+  HoldingRange range;
+  std::tie(range.yaw_low, range.yaw_high) = held_ends_from_json(j.at("yaw"));
+  std::tie(range.pitch_low, range.pitch_high) = held_ends_from_json(j.at("pitch"));
+  for (const json& action : j.at("actions"))
+    range.actions.push_back({action.at("name").get<std::string>(),
+                             float(finite(action.at("amount"), "amount that holds")),
+                             action.at("fault").get<std::string>()});
+  return range;
 }
 
 json to_json(const AttributeRegion& region) {
@@ -421,6 +455,7 @@ Avatar avatar_from(const Sections& sections) {
   a.train_seconds = finite(j.at("train_seconds"), "training time");
   if (j.contains("parts"))
     for (const json& part : j.at("parts")) a.parts.push_back(avatar_part_from_json(part));
+  if (j.contains("holds")) a.holds = holding_range_from_json(j.at("holds"));
   if (j.contains("background_fault")) a.background_fault = j.at("background_fault").get<std::string>();
   const int width = whole(j.at("plate_width"), "plate width", 0, 1 << 14);
   const int height = whole(j.at("plate_height"), "plate height", 0, 1 << 14);
@@ -480,6 +515,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
   for (const AttributeRegion& region : avatar.attributes) j["attributes"].push_back(to_json(region));
   if (!avatar.parts.empty()) j["parts"] = json::array();
   for (const AvatarPart& part : avatar.parts) j["parts"].push_back(to_json(part));
+  if (avatar.holds) j["holds"] = to_json(*avatar.holds);
   if (const auto& hem = avatar.torso_modes.hem) j["torso_hem"] = {hem->height, hem->slope_x, hem->slope_z};
   if (!avatar.background_fault.empty()) j["background_fault"] = avatar.background_fault;
   Sections sections;

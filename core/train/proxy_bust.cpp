@@ -32,7 +32,7 @@ constexpr double kSameSide = 20;        // degrees, between views whose outlines
 constexpr double kBlur = 2;             // nodes
 constexpr float kCertain = 0.3f;        // ViewColours::weight
 
-enum class Node : std::uint8_t { outside, body, neck, unknown };  // neck: the head's
+enum class Node : std::uint8_t { outside, body, hidden, unknown };  // hidden: body behind the head and neck
 
 struct Plane {
   int columns = 0, rows = 0;  // rows upwards
@@ -45,7 +45,7 @@ struct Plane {
   bool is(Node node, int x, int y) const {
     return x >= 0 && y >= 0 && x < columns && y < rows && nodes[index(x, y)] == node;
   }
-  bool body(int x, int y) const { return is(Node::body, x, y) || is(Node::neck, x, y); }
+  bool body(int x, int y) const { return is(Node::body, x, y) || is(Node::hidden, x, y); }
 };
 
 Vec3d posed_place(const TrainingSet& set, const std::vector<float>& displacement, const Vec3f& p) {
@@ -116,16 +116,14 @@ Plane outline(const TrainingSet& set, const ProxyPart& head, float axis_z, float
   return plane;
 }
 
-// What chin and neck always hide lies between what they do not, and is neck above its base; then the largest
-// piece alone.
-void close_outline(Plane& plane, float neck_from) {
+// What chin and neck always hide lies between what they do not; then the largest piece alone.
+void close_outline(Plane& plane) {
   for (int y = 0; y < plane.rows; ++y) {
     int first = plane.columns, last = -1;
     for (int x = 0; x < plane.columns; ++x)
       if (plane.body(x, y)) first = std::min(first, x), last = x;
     for (int x = first; x <= last; ++x)
-      if (Node& node = plane.nodes[plane.index(x, y)]; node == Node::unknown)
-        node = plane.place(x, y).y() > neck_from ? Node::neck : Node::body;
+      if (Node& node = plane.nodes[plane.index(x, y)]; node == Node::unknown) node = Node::hidden;
   }
   cv::Mat body(plane.rows, plane.columns, CV_8U), pieces, facts, centres;
   for (int y = 0; y < plane.rows; ++y)
@@ -165,8 +163,8 @@ void blow_up(Plane& plane, float neck_from) {
       plane.half[plane.index(x, y)] = half.at<float>(y, x) / std::max(1e-6f, weight.at<float>(y, x));
 }
 
-// Front, back, and between them a wall wherever the body ends. says: 0 on walls above and below, and on the
-// neck.
+// Front, back, and between them a wall wherever the body ends. says: 0 on walls above and below, and on
+// what is hidden.
 std::vector<Vec3f> surface_of(const Plane& plane, std::vector<Triangle>& triangles,
                               std::vector<std::uint8_t>& says) {
   std::vector<Vec3f> vertices;
@@ -191,8 +189,8 @@ std::vector<Vec3f> surface_of(const Plane& plane, std::vector<Triangle>& triangl
     for (int x = 0; x + 1 < plane.columns; ++x) {
       if (!whole(x, y)) continue;
       const int a = at(x, y), b = at(x + 1, y), c = at(x + 1, y + 1), d = at(x, y + 1);
-      const bool told = !plane.is(Node::neck, x, y) && !plane.is(Node::neck, x + 1, y) &&
-                        !plane.is(Node::neck, x, y + 1) && !plane.is(Node::neck, x + 1, y + 1);
+      const bool told = !plane.is(Node::hidden, x, y) && !plane.is(Node::hidden, x + 1, y) &&
+                        !plane.is(Node::hidden, x, y + 1) && !plane.is(Node::hidden, x + 1, y + 1);
       quad(a, b, c, d, told);
       quad(b + 1, a + 1, d + 1, c + 1, told);
       if (!whole(x - 1, y)) quad(a + 1, a, d, d + 1, told);
@@ -214,7 +212,7 @@ std::optional<ProxyBust> make_proxy_bust(const TrainingSet& set, const HeadShape
   const float neck_from = marks.base + kAboveNeckBase;
   bust.axis_z = neck_axis(set.model, shape), bust.top = marks.chin + kBesideChin;
   Plane plane = outline(set, head, bust.axis_z, marks.base, bust.top);
-  close_outline(plane, neck_from);
+  close_outline(plane);
   if (float(std::ranges::count(plane.nodes, Node::body)) < kFewestNodes) return std::nullopt;
   blow_up(plane, neck_from);
   const auto vertices =

@@ -11,9 +11,10 @@
 namespace likeness {
 
 struct ProxyBust {
-  ProxyPart part;                  // vertices in the torso frame
-  std::vector<std::uint8_t> says;  // (F) 0: the neck, and where pictures cut it off above and below
-  float top = 0, axis_z = 0;       // m, torso frame: its upper end, the depth of its middle
+  ProxyPart part;  // vertices in the torso frame
+  std::vector<std::uint8_t>
+      says;                   // (F) 0: behind head and neck, and where pictures cut it off above and below
+  float top = 0, axis_z = 0;  // m, torso frame: its upper end, the depth of its middle
   // Shares of the mattes' pixels: below its upper end that neither it nor the head explains - arms, other
   // people - and beside the neck that the head does not: hair, collars, raised shoulders.
   double unexplained = 1, neck_unexplained = 1;

@@ -52,6 +52,39 @@ Performance turning() {
   return performance;
 }
 
+// The project's avatar, as if its training had found this of it.
+void hold_within(const TinyProject& project, double yaw_deg, float jaw) {
+  Avatar avatar = filmed_avatar();
+  HoldingRange& range = avatar.holds.emplace();
+  range.yaw_low = {-yaw_deg, "drift"}, range.yaw_high = {yaw_deg, "loose"};
+  range.pitch_low = {-25, ""}, range.pitch_high = {25, ""};
+  range.actions = {{"jawOpen", jaw, "mouth"}};
+  ASSERT_TRUE(write_avatar(project.folder() / "avatar.bin", avatar).ok());
+}
+
+TEST_F(DirectCommand, WhatGoesBeyondWhatHoldsIsSaid) {
+  const std::string keys = save(turning()).string();
+  const ProgramResult unknown = render({"--performance", keys}, "unknown");
+  ASSERT_EQ(unknown.exit_code, 0) << unknown.err;
+  EXPECT_TRUE(json::parse(unknown.out).at("beyond_holds").is_null());
+  hold_within(project_, 30, 0.6f);
+  const json within = json::parse(render({"--performance", keys}, "within").out).at("beyond_holds");
+  EXPECT_EQ(within.at("frames"), 0);
+  EXPECT_TRUE(within.at("sides").empty());
+  EXPECT_TRUE(within.at("actions").empty());
+  hold_within(project_, 10, 0.2f);
+  const json beyond = json::parse(render({"--performance", keys}, "beyond").out).at("beyond_holds");
+  EXPECT_EQ(beyond.at("frames"), 8) << "the jaw, in all of them";
+  EXPECT_NEAR(beyond.at("view_deg").get<double>(), 10, 2);
+  EXPECT_EQ(beyond.at("sides").size(), 2u);
+  EXPECT_NEAR(beyond.at("actions").at("jawOpen").get<double>(), 0.4, 0.03);
+  EXPECT_EQ(beyond.at("film_again").size(), 3u);
+  const ProgramResult told = likeness({"render", project_.folder().string(), "--expression", "jawOpen=1",
+                                       "--out", (project_.root / "open.png").string()});
+  EXPECT_EQ(told.exit_code, 0);
+  EXPECT_THAT(told.err, HasSubstr("Open the mouth wide, slowly, twice."));
+}
+
 TEST_F(DirectCommand, APerformanceBecomesAFilmOfItsLength) {
   const ProgramResult result = render({"--performance", save(turning()).string()}, "film.mp4");
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -160,6 +193,7 @@ TEST_F(DrivenCommand, ACameraGoesRoundOrIsFollowed) {
   around.insert(around.end(), {"--camera", "orbit", "--orbit", "60"});
   const ProgramResult orbit = drive(around, "orbit");
   ASSERT_EQ(orbit.exit_code, 0) << orbit.err;
+  EXPECT_TRUE(json::parse(orbit.out).at("beyond_holds").is_null());
   EXPECT_EQ(json::parse(orbit.out).at("frames"), 20);
   const auto seen = [&](const char* folder, const char* frame) {
     const auto picture = read_image(project_.root / folder / frame);
@@ -167,6 +201,12 @@ TEST_F(DrivenCommand, ACameraGoesRoundOrIsFollowed) {
     return picture ? picture->data : std::vector<std::uint8_t>();
   };
   EXPECT_NE(seen("orbit", "000005.png"), seen("still", "000005.png"));  // a quarter of the way: 60 degrees
+  hold_within(project_, 30, 1);
+  const ProgramResult told = drive(around, "orbit again");
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  const json beyond = json::parse(told.out).at("beyond_holds");
+  EXPECT_GT(beyond.at("frames").get<int>(), 5);
+  EXPECT_EQ(beyond.at("sides").size(), 2u);
   CameraSet path{.kind = CameraKind::walking};
   Camera camera = typical_camera(filmed_avatar());
   for (camera.frame = 0; camera.frame < 7; ++camera.frame) path.cameras.push_back(camera);
@@ -210,9 +250,16 @@ TEST_F(DirectCommand, TheCardSaysTheSameInWordsAndInJson) {
   ASSERT_TRUE(write_capture(project_.folder() / "capture.json", capture).ok());
   ASSERT_TRUE(write_cameras(project_.folder() / "cameras.json", truth.cameras).ok());
   ASSERT_TRUE(write_track(project_.folder() / "track.json", truth.track).ok());
+  const ProgramResult found_now = likeness({"card", project_.folder().string(), "--json"});
+  ASSERT_EQ(found_now.exit_code, 0) << found_now.err;
+  EXPECT_EQ(json::parse(found_now.out).at("holds").at("yaw").size(), 2u) << "it is looked for on demand";
+  hold_within(project_, 17, 0.6f);
   const ProgramResult told = likeness({"card", project_.folder().string(), "--json"});
   ASSERT_EQ(told.exit_code, 0) << told.err;
   const json card = json::parse(told.out);
+  EXPECT_EQ(card.at("holds").at("yaw"), json({-17, 17}));
+  EXPECT_NEAR(card.at("holds").at("actions").at("jawOpen").get<double>(), 0.6, 1e-6);
+  EXPECT_EQ(card.at("holds_gaps").size(), 3u);
   EXPECT_EQ(card.at("frames").at("lost"), 25);
   EXPECT_EQ(card.at("frames").at("trained"), 95);
   EXPECT_GT(card.at("seen_from_deg").at("yaw").at(1).get<double>(), 20);
@@ -220,6 +267,7 @@ TEST_F(DirectCommand, TheCardSaysTheSameInWordsAndInJson) {
   EXPECT_NEAR(card.at("worst").at(0).at("from_s").get<double>(), 2, 0.2);
   const ProgramResult printed = likeness({"card", project_.folder().string()});
   EXPECT_THAT(printed.out, HasSubstr(card.at("worst").at(0).at("film_again").get<std::string>()));
+  EXPECT_THAT(printed.out, HasSubstr("It holds from 17 degrees on the person's right to 17 on the left"));
   EXPECT_THAT(printed.out, HasSubstr("Never seen: "));
   EXPECT_THAT(printed.out, HasSubstr("25 lost"));
 }

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/direct/soft_limit.h"
 #include "ui/steps.h"
 #include "ui/studio/channel_words.h"
 #include "ui/theme.h"
@@ -20,19 +21,34 @@ constexpr float kRounding = 6;         // px, of the view's corners
 constexpr float kNothingSeen = 0.02f;  // of a preset: less counts as not shown by the clip
 constexpr float kMaxCovered = 0.2f;    // of the picture's height, by the note on it
 constexpr const char* kBeyondInShort = "Beyond what the clip showed.";
+constexpr const char* kNotHeldInShort = "Further than the avatar holds.";
 constexpr double kFadeADistance = 40;  // degrees of turn that doubling the distance counts as
 
+// A value that is dragged stops where the avatar stops to hold, unless Shift is held; a second drag goes on.
+// Limits that were merely seen do not resist.
+float resisted(const Snapshot& snapshot, Views& views, const std::string& channel, float before,
+               float wanted) {
+  const float began = views.drag_began.try_emplace(channel, before).first->second;
+  const ProjectAvatar& avatar = *snapshot.project.contents->avatar;
+  const auto limits = avatar.limits.find(channel);
+  if (limits == avatar.limits.end() || !limits_hold(avatar.avatar, channel)) return wanted;
+  return softly_limited(began, wanted, limits->second, ImGui::GetIO().KeyShift);
+}
+
 // What the mouse does to the camera: left orbits, right or middle pans, wheel zooms, with Ctrl it dollies.
-void move_view(const Snapshot& snapshot, const Fitted& place, bool hovered, bool active, Requests& requests) {
+void move_view(const Snapshot& snapshot, Views& views, const Fitted& place, bool hovered, bool active,
+               Requests& requests) {
   const ImGuiIO& io = ImGui::GetIO();
   const DirectingView& directing = snapshot.direct.directing;
   Performance edited = requests.direct.start(directing);
   const ValueEdit at{directing.playhead_s, directing.record_keys};
   bool moved = false;
+  if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) views.drag_began.clear();
   const auto move = [&](const char* channel, const auto& change) {
     const ChannelScale scale = channel_scale(channel);
     const float before = value_at(edited, channel, at.time_s),
-                after = std::clamp(change(before), scale.low, scale.high);
+                after = resisted(snapshot, views, channel, before,
+                                 std::clamp(change(before), scale.low, scale.high));
     if (after == before) return;
     set_value(edited, channel, after, at);
     moved = true;
@@ -92,7 +108,8 @@ void draw_beyond(const BeyondSeen& beyond, const Fitted& place) {
               wrap = std::max(px(40), place.size.x - left - pad);
   ImVec2 size = ImGui::CalcTextSize(words.c_str(), nullptr, false, wrap);
   if (size.y + 2 * pad > kMaxCovered * place.size.y) {
-    const std::string whole = std::exchange(words, shortened(kBeyondInShort, wrap));
+    const std::string whole =
+        std::exchange(words, shortened(beyond.checked ? kNotHeldInShort : kBeyondInShort, wrap));
     size = ImGui::CalcTextSize(words.c_str());
     const ImVec2 end{place.at.x + place.size.x, place.at.y + place.size.y};
     if (ImGui::IsMouseHoveringRect({place.at.x, end.y - size.y - 2 * pad}, end) && ImGui::IsItemHovered())
@@ -164,14 +181,14 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
       views.wipe = std::clamp((ImGui::GetIO().MousePos.x - place.at.x) / place.size.x, 0.f, 1.f);
   } else {
     draw_beyond(snapshot.direct.directing.beyond, place);
-    move_view(snapshot, place, hovered, active, requests);
+    move_view(snapshot, views, place, hovered, active, requests);
   }
   if (let_go || (hovered && ImGui::GetIO().MouseWheel != 0)) requests.direct.finished = true;
 }
 
-// A slider of a channel at the playhead, with the range the clip showed.
-void draw_channel(const Snapshot& snapshot, const ChannelGroup& group, const std::string& channel,
-                  Requests& requests) {
+// A slider of a channel at the playhead, with the range that holds, or that the clip showed.
+void draw_channel(const Snapshot& snapshot, Views& views, const ChannelGroup& group,
+                  const std::string& channel, Requests& requests) {
   const DirectingView& directing = snapshot.direct.directing;
   const auto& limits = snapshot.project.contents->avatar->limits;
   const float start = ImGui::GetCursorPosX(), width = ImGui::GetContentRegionAvail().x, label = 0.42f * width;
@@ -193,8 +210,10 @@ void draw_channel(const Snapshot& snapshot, const ChannelGroup& group, const std
   if (const auto seen = limits.find(channel); seen != limits.end())
     range.seen_low = std::max(scale.low, seen->second.low),
     range.seen_high = std::min(scale.high, seen->second.high);
-  float value = value_at(*directing.performance, channel, directing.playhead_s);
+  const float before = value_at(*directing.performance, channel, directing.playhead_s);
+  float value = before;
   if (slider(("##" + channel).c_str(), &value, range, scale.format, width - label)) {
+    value = resisted(snapshot, views, channel, before, value);
     Performance edited = requests.direct.start(directing);
     set_value(edited, channel, value, directing.edit());
     requests.direct.edit(std::move(edited), words);
@@ -264,14 +283,17 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
     ImGui::PushID(int(number++));
     if (group_heading(group.words.c_str(), open))
       for (const std::string& channel : group.channels)
-        if (!directing.linked || !channel.ends_with("_R")) draw_channel(snapshot, group, channel, requests);
+        if (!directing.linked || !channel.ends_with("_R"))
+          draw_channel(snapshot, views, group, channel, requests);
     ImGui::PopID();
   }
   ImGui::EndDisabled();
   ImGui::Dummy({0, px(4)});
-  faint_text(
-      "Green under a slider: what the clip showed. Double click: back to rest. Coloured words: keys on "
-      "the timeline.");
+  const bool checked = snapshot.project.contents->avatar->avatar.holds.has_value();
+  faint_text(checked ? "Green under a slider: what holds. It stops there; drag again, or hold Shift, to go "
+                       "further. Double click: back to rest. Coloured words: keys on the timeline."
+                     : "Green under a slider: what the clip showed. Double click: back to rest. Coloured "
+                       "words: keys on the timeline.");
 }
 
 // One line; what does not fit is in the menu Edit.

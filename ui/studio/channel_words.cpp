@@ -8,6 +8,8 @@
 #include <cctype>
 #include <numbers>
 
+#include "core/holds/hold_words.h"
+
 namespace likeness::ui {
 
 namespace {
@@ -124,15 +126,27 @@ std::vector<ChannelGroup> group_channels(const HeadModel& model,
 std::vector<std::string> beyond_words(const BeyondSeen& beyond) {
   std::vector<std::string> words;
   const double deg = beyond.view * 180 / std::numbers::pi;
-  if (deg > kViewMargin_deg)
+  if (deg > kViewMargin_deg && beyond.checked) {
+    words.push_back(fmt::format("The avatar does not hold this far: {:.0f}\u00b0 less would.", deg));
+    if (!beyond.sides.empty())
+      words.back() += " To film: " + std::string(film_again_side(beyond.sides.front()));
+  } else if (deg > kViewMargin_deg) {
     words.push_back(
         fmt::format("The head is seen {:.0f}\u00b0 from the nearest view the clip showed: details there are "
                     "guessed.",
                     deg));
+  }
   std::string actions;
   for (const std::string& name : beyond.actions)
     actions += (actions.empty() ? "" : ", ") + action_words(name);
-  if (!actions.empty()) words.push_back("Further than the clip showed: " + actions + ".");
+  if (actions.empty()) return words;
+  if (!beyond.checked) {
+    words.push_back("Further than the clip showed: " + actions + ".");
+    return words;
+  }
+  std::string first = beyond.actions.front();
+  if (first.ends_with("_L") || first.ends_with("_R")) first.resize(first.size() - 2);
+  words.push_back("Further than the avatar holds: " + actions + ". To film: " + film_again_action(first));
   return words;
 }
 

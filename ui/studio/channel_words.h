@@ -42,7 +42,8 @@ std::string words_within(const ChannelGroup& group, std::string_view channel);
 std::vector<ChannelGroup> group_channels(const HeadModel& model,
                                          std::span<const AttributeRegion> attributes = {});
 
-// What a moment asks for beyond what the capture showed; empty: nothing.
+// What a moment asks for beyond what holds, and what to film for it; where that is not known, beyond what the
+// capture showed. Empty: nothing.
 std::vector<std::string> beyond_words(const BeyondSeen& beyond);
 
 }  // namespace likeness::ui

@@ -17,10 +17,8 @@ void pose(PictureRequest& request, const DrivenFrame& frame) {
   std::vector<float> attributes = std::move(request.pose.attributes);  // stay as the sliders have them
   request.pose = frame.pose;
   request.pose.attributes = std::move(attributes);
-  const SeenViews& views = request.avatar->views;
-  if (views.views.empty()) return;
   const ViewAngle view = view_angle(request.camera.cam_from_world * frame.pose.world_from_head);
-  request.origin.doubt = view_doubt(from_nearest_view(views, view.yaw, view.pitch));
+  request.origin.doubt = view_doubt(view_beyond(request.avatar->avatar, request.avatar->views, view));
 }
 
 }  // namespace

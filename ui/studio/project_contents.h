@@ -36,7 +36,7 @@ struct ProjectAvatar {
   AvatarRig rig;
   DirectedAvatar directed;
   SeenViews views;                           // of the training frames
-  std::map<std::string, ValueRange> limits;  // what the capture showed, by channel
+  std::map<std::string, ValueRange> limits;  // what holds or was seen, by channel
   std::vector<Preset> presets;               // within that
   std::string hash;                          // of avatar.bin, for the provenance of what is exported
 

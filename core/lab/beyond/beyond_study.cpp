@@ -10,9 +10,9 @@
 #include "core/base/files.h"
 #include "core/base/quantile.h"
 #include "core/face/landmarks.h"
+#include "core/holds/asked.h"
 #include "core/image/files.h"
 #include "core/image/metrics.h"
-#include "core/lab/beyond/asked.h"
 #include "core/lab/beyond/contact_sheet.h"
 #include "core/lab/beyond/measures.h"
 #include "core/lab/beyond/registered_avatar.h"
@@ -35,7 +35,7 @@ constexpr double kFilmWidth_mm = 36;
 constexpr int kInsideFrames = 8;       // held-out frames
 constexpr float kBrowMoves = 0.0003f;  // m by which an action moves the forehead, to be left out there
 constexpr float kOpaque = 0.5f;
-constexpr double kFilmed = 0.15, kBuilt = 0.75;  // of the progress
+constexpr double kFilmed = 0.15, kBuilt = 0.75, kLooked = 0.95;  // of the progress
 
 std::string film_words(const DemoOptions& film) {
   return fmt::format(
@@ -253,12 +253,16 @@ Result<BeyondStudy> study_beyond_truth(const fs::path& folder, const BeyondOptio
   if (!registration) return registration.error();
   const Bench bench{*avatar, make_rig(*avatar, *model), *registration, *detector};
   TruthCamera camera(options.film, *truth, tracked->capture, folder / "truth");
-  const Progress looking = progress.stage(kBuilt, 1, "looking");
+  const Progress looking = progress.stage(kBuilt, kLooked, "looking");
   Inputs inputs{*project, tracked->capture, camera, folder, looking, stop};
   BeyondStudy study;
   study.steps = avatar->steps, study.train_seconds = avatar->train_seconds;
   for (const auto look : {look_inside, look_from_sides, ask_actions})
     if (auto looked = look(bench, inputs, study); !looked) return looked.error();
+  auto holds = check_holds(*avatar, *model, {options.place.backend, options.place.fall_back, {}}, {},
+                           progress.stage(kLooked, 1, "what holds"), stop);
+  if (!holds) return holds.error();
+  study.holds = std::move(*holds);
   progress.report(1);
   return study;
 }

@@ -12,6 +12,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/holds/check_holds.h"
 #include "core/project/project.h"
 #include "core/synth/demo_options.h"
 #include "core/train/train.h"
@@ -52,6 +53,7 @@ struct BeyondStudy {
   double inside_specks = 0;
   std::vector<BeyondView> views;
   std::vector<BeyondAction> actions;
+  HoldCheck holds;  // what the avatar's own check makes of it, without the truth
   std::uint64_t steps = 0;
   double train_seconds = 0;
 };

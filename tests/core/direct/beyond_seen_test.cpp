@@ -41,5 +41,25 @@ TEST(BeyondSeen, NamesActionsBeyondTheirSeenRange) {
   EXPECT_EQ(beyond_seen(directed, {}, limits, performance, 0).actions, std::vector<std::string>{"jawOpen"});
 }
 
+TEST(BeyondSeen, IsCountedFromWhatHoldsWhereThatIsKnown) {
+  OpenedAvatar opened = tiny_opened();
+  opened.avatar.holds.emplace();
+  opened.avatar.holds->yaw_low = {-20, "drift"}, opened.avatar.holds->yaw_high = {20, "drift"};
+  opened.avatar.holds->pitch_low.deg = -25, opened.avatar.holds->pitch_high.deg = 25;
+  const DirectedAvatar directed = direct_avatar(opened.avatar, opened.model);
+  const ViewAngle typical = view_angle(opened.avatar.cam_from_world * opened.avatar.world_from_head);
+  const SeenViews views{typical, typical, {typical}};  // none but the typical one was seen
+  Performance performance;
+  set_value(performance, "camera yaw", 18, {});
+  BeyondSeen beyond = beyond_seen(directed, views, {}, performance, 0);
+  EXPECT_TRUE(beyond.checked);
+  EXPECT_EQ(beyond.view, 0);
+  EXPECT_TRUE(beyond.sides.empty());
+  set_value(performance, "camera yaw", 32, {});
+  beyond = beyond_seen(directed, {}, {}, performance, 0);  // nor need any have been
+  EXPECT_NEAR(beyond.view, 12 * kDegree, 0.5 * kDegree);
+  EXPECT_EQ(beyond.sides, std::vector{HeadSide::left});
+}
+
 }  // namespace
 }  // namespace likeness::test

@@ -26,5 +26,30 @@ TEST(SeenLimits, CountFromRestAndFromTheTypicalPose) {
   EXPECT_NEAR(limits.at("head pitch").high, 8, 1e-3);
 }
 
+TEST(SeenLimits, AreThoseThatHoldWhereTheyAreKnown) {
+  Avatar avatar = filmed_avatar();
+  SeenViews views;
+  views.low = {-10 * kRadPerDegree, -5 * kRadPerDegree, -2 * kRadPerDegree},
+  views.high = {30 * kRadPerDegree, 8 * kRadPerDegree, 4 * kRadPerDegree};
+  EXPECT_FALSE(limits_hold(avatar, "camera yaw"));
+  avatar.holds.emplace();
+  avatar.holds->yaw_low.deg = -18, avatar.holds->yaw_high.deg = 22;
+  avatar.holds->pitch_low.deg = -12, avatar.holds->pitch_high.deg = 7;
+  avatar.holds->actions = {{"jawOpen", 0.8f, "mouth"}, {"mouthSmile", 0.1f, "drift"}};
+  const auto limits = seen_limits(avatar, tiny_head(), views);
+  EXPECT_NEAR(limits.at("camera yaw").low, -18, 1e-3);
+  EXPECT_NEAR(limits.at("camera yaw").high, 22, 1e-3);
+  EXPECT_NEAR(limits.at("head yaw").low, -22, 1e-3);
+  EXPECT_NEAR(limits.at("camera pitch").low, -12, 1e-3);
+  EXPECT_NEAR(limits.at("head roll").high, 4, 1e-3);  // shows nothing new, and is not tried
+  EXPECT_FLOAT_EQ(limits.at("action jawOpen").high, 0.8f);
+  EXPECT_FLOAT_EQ(limits.at("action mouthSmile_L").high, 0.1f);
+  EXPECT_FLOAT_EQ(limits.at("action mouthSmile_R").high, 0.1f);
+  EXPECT_TRUE(limits_hold(avatar, "camera yaw"));
+  EXPECT_TRUE(limits_hold(avatar, "action mouthSmile_L"));
+  EXPECT_FALSE(limits_hold(avatar, "action browDown_L"));
+  EXPECT_FALSE(limits_hold(avatar, "head roll"));
+}
+
 }  // namespace
 }  // namespace likeness::test

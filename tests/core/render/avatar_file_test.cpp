@@ -57,6 +57,39 @@ TEST_F(AvatarFile, DetailIsStoredOnlyWhereThereIsSome) {
   EXPECT_FALSE(read_avatar(path_).ok());
 }
 
+TEST_F(AvatarFile, WhatHoldsIsStoredOnlyWhereItIsKnown) {
+  Avatar a = tiny_avatar();
+  ASSERT_TRUE(write_avatar(path_, a).ok());
+  const auto before = read_avatar(path_);  // as avatars were before trainings looked for it
+  ASSERT_TRUE(before.ok()) << before.error().what;
+  EXPECT_FALSE(before->holds.has_value());
+  HoldingRange& range = a.holds.emplace();
+  range.yaw_low = {-22.5, "loose"}, range.yaw_high = {45, ""};
+  range.pitch_low = {-7.25, "drift"}, range.pitch_high = {25, ""};
+  range.actions = {{"jawOpen", 0.625f, "mouth"}, {"jawOpen+mouthSmile", 1, ""}};
+  ASSERT_TRUE(write_avatar(path_, a).ok());
+  const auto b = read_avatar(path_);
+  ASSERT_TRUE(b.ok()) << b.error().what;
+  ASSERT_TRUE(b->holds.has_value());
+  EXPECT_EQ(b->holds->yaw_low.deg, -22.5);
+  EXPECT_EQ(b->holds->yaw_low.fault, "loose");
+  EXPECT_EQ(b->holds->yaw_high.deg, 45);
+  EXPECT_EQ(b->holds->yaw_high.fault, "");
+  EXPECT_EQ(b->holds->pitch_low.deg, -7.25);
+  EXPECT_EQ(b->holds->pitch_high.deg, 25);
+  ASSERT_EQ(b->holds->actions.size(), 2u);
+  EXPECT_EQ(b->holds->actions[0].name, "jawOpen");
+  EXPECT_EQ(b->holds->actions[0].amount, 0.625f);
+  EXPECT_EQ(b->holds->actions[0].fault, "mouth");
+  EXPECT_EQ(b->holds->actions[1].amount, 1);
+  range.yaw_low.deg = std::numeric_limits<double>::infinity();
+  ASSERT_TRUE(write_avatar(path_, a).ok());
+  EXPECT_FALSE(read_avatar(path_).ok());
+  range.yaw_low.deg = -500;
+  ASSERT_TRUE(write_avatar(path_, a).ok());
+  EXPECT_FALSE(read_avatar(path_).ok());
+}
+
 TEST_F(AvatarFile, RoundTripKeepsEverything) {
   Avatar a = tiny_avatar();
   a.neck = {-0.16f, -0.11f, {0.001f, -0.135f, -0.02f}};

@@ -67,5 +67,20 @@ TEST(BeyondWords, SayHowFarAndWhich) {
   EXPECT_NE(words[1].find("Jaw open"), std::string::npos);
 }
 
+TEST(BeyondWords, OfWhatWasCheckedSayWhatToFilm) {
+  const double degree = std::numbers::pi / 180;
+  BeyondSeen beyond;
+  beyond.checked = true;
+  EXPECT_TRUE(beyond_words(beyond).empty());
+  beyond.view = 12 * degree, beyond.sides = {HeadSide::above, HeadSide::left};
+  beyond.actions = {"mouthSmile_L", "jawOpen"};
+  const auto words = beyond_words(beyond);
+  ASSERT_EQ(words.size(), 2u);
+  EXPECT_NE(words[0].find("12"), std::string::npos);
+  EXPECT_NE(words[0].find(film_again_side(HeadSide::above)), std::string::npos);
+  EXPECT_NE(words[1].find("Mouth smile, left, Jaw open"), std::string::npos);
+  EXPECT_NE(words[1].find("Smile as broadly"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace likeness::ui

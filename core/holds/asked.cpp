@@ -1,5 +1,5 @@
 // The lists.
-#include "core/lab/beyond/asked.h"
+#include "core/holds/asked.h"
 
 namespace likeness {
 

@@ -1,5 +1,5 @@
 // Claims about what an avatar is asked for: the head can do all of it, on both sides.
-#include "core/lab/beyond/asked.h"
+#include "core/holds/asked.h"
 
 #include <gtest/gtest.h>
 

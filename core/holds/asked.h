@@ -1,5 +1,5 @@
-// What is asked of an avatar beyond what its clip shows: the views and the actions that a study puts beside
-// the truth, and that a check goes through.
+// What an avatar is asked for beyond what its clip shows: the views and the actions that are tried on it, and
+// that a study puts beside the truth.
 #pragma once
 
 #include <string>
