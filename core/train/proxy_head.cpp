@@ -20,8 +20,8 @@ constexpr int kColourViews = 32, kColourRounds = 600;
 constexpr float kScalp = 0.95f;      // HairHull::hairy, from which a place is coloured as hair
 constexpr float kBelowBase = 0.03f;  // m of neck that are kept
 // ViewColours::weight from which a colour is certain. Lips that part a little show themselves where the model
-// has teeth.
-constexpr float kWellSeen = 0.3f, kMouthSeen = 4;
+// has teeth, and hair seen at a slant shows the wall between its strands.
+constexpr float kWellSeen = 0.3f, kMouthSeen = 4, kHairSeen = 3;
 
 Vec3f linear(const Vec3f& colour) {
   return {linear_of_srgb(colour[0]), linear_of_srgb(colour[1]), linear_of_srgb(colour[2])};
@@ -87,8 +87,8 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   std::vector<std::uint8_t> scalp(rest.size()), skin(rest.size());
   const std::vector<std::uint8_t> mouth = inside_mouth(model);
   for (std::size_t v = 0; v < rest.size(); ++v) {
-    known[v] = std::min(1.f, seen.weight[v] / (mouth[v] ? kMouthSeen : kWellSeen));
     scalp[v] = hull.hairy[v] > kScalp, skin[v] = !scalp[v];
+    known[v] = std::min(1.f, seen.weight[v] / (mouth[v] ? kMouthSeen : scalp[v] ? kHairSeen : kWellSeen));
   }
   colour_mouth(model, rest, known, proxy.colours);
   // Hair takes no colour from the skin beside it.

@@ -120,12 +120,14 @@ LIKENESS_HOST_DEVICE RayDraw begin_choice(const Views& views, const ChoiceNumber
   RayDraw draw{{numbers.seed, numbers.step, numbers.first + n}, 0, false, false, 0};
   const double at = double(n) + double(draw.random.uniform()), rays = double(numbers.rays),
                filmed = (1 - proxy_share(numbers)) * rays;
-  draw.view = at < filmed ? draw_view(numbers.own, numbers.drawn, at, filmed)
-                          : numbers.views - numbers.proxies +
-                                place_of_share((at - filmed) / (rays - filmed), numbers.proxies);
+  const bool proxy = at >= filmed;
+  draw.view = !proxy ? draw_view(numbers.own, numbers.drawn, at, filmed)
+                     : numbers.views - numbers.proxies +
+                           place_of_share((at - filmed) / (rays - filmed), numbers.proxies);
   const float kind = draw.random.uniform();
   draw.in_face = kind < kFaceShare;
-  draw.on_person = !draw.in_face && kind < kFaceShare + kPersonShare && views.has_alpha(draw.view);
+  // Beside a proxy nothing is as much to be learnt as itself.
+  draw.on_person = !draw.in_face && kind < kFaceShare + kPersonShare && views.has_alpha(draw.view) && !proxy;
   draw.tries = views.masked(draw.view) ? kMaskedTries : kTries;
   return draw;
 }
