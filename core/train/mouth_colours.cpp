@@ -16,7 +16,7 @@ constexpr int kFirstLip = 48, kFirstInnerLip = 60, kLastLip = 67;
 constexpr float kTeeth = 0.7f, kTongue = 0.7f, kWalls = 0.3f;  // of the eyes' white and of the lips, linear
 const Vec3f kEnamel(1.f, 0.96f, 0.86f);                        // beside an eye's white
 constexpr float kLit = 0.006f, kFading = 0.02f, kDarkest = 0.12f;  // m behind the lips; of the light there
-constexpr float kWhites = 0.85f;                                    // quantile of the eyeballs' brightness
+constexpr float kWhites = 0.85f;                                   // quantile of the eyeballs' brightness
 constexpr float kWhiteOfSkin = 1.6f;  // where no eye is seen, of the lips', linear
 
 Vec3f to_linear(const Vec3f& c) { return {linear_of_srgb(c[0]), linear_of_srgb(c[1]), linear_of_srgb(c[2])}; }

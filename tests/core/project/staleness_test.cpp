@@ -248,7 +248,7 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
   EXPECT_EQ(input_hash(project_, Stage::matte),
             hash_text(fmt::format("matte 4\n{} {} {} none", capture, cameras, track)));
   EXPECT_EQ(input_hash(project_, Stage::train),
-            hash_text(fmt::format("train 7\n{} {} {} absent {} 0 0 true true true true false",
+            hash_text(fmt::format("train 8\n{} {} {} absent {} 0 0 true true true true false",
                                   project_.record(Stage::matte).input_hash, track, plate, 300.0)));
   ProjectOptions& o = project_.options;
   o.import.split = Split::views, o.align.camera = CameraKind::resting, o.align.lens_mm = 51,
@@ -261,7 +261,7 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
   EXPECT_EQ(input_hash(project_, Stage::fit),
             hash_text(fmt::format("fit 11\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::train),
-            hash_text(fmt::format("train 7\n{} {} {} absent {} 0 3 true false true true false landmarks {} "
+            hash_text(fmt::format("train 8\n{} {} {} absent {} 0 3 true false true true false landmarks {} "
                                   "left out 3,5",
                                   project_.record(Stage::matte).input_hash, track, plate, 300.0, 0.1)));
 }
