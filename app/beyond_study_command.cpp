@@ -15,8 +15,11 @@
 #include "app/tables.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/capture/capture.h"
+#include "core/holds/check_holds.h"
 #include "core/lab/beyond/beyond_study.h"
 #include "core/lab/beyond/sides_study.h"
+#include "core/project/open_avatar.h"
 #include "core/project/project.h"
 #include "core/synth/cast.h"
 
@@ -123,24 +126,41 @@ nlohmann::json beyond_json(const BeyondStudy& study) {
   return json;
 }
 
-int run_sides(const BeyondStudyArguments& a, const RenderPlace& place) {
-  const auto project = open_project(a.project);
-  if (!project) return report_failure(project.error());
+// Of an avatar there is: its own check, and what its clip says of sides that were held out.
+int run_project(const BeyondStudyArguments& a, const RenderPlace& place) {
+  const auto opened = open_avatar(a.project);
+  if (!opened) return report_failure(opened.error());
+  const auto capture = read_capture(capture_path(opened->project));
+  if (!capture) return report_failure(capture.error());
   std::optional<Result<SidesStudy>> study;
+  std::optional<Result<HoldCheck>> check;
   {
     const ProgressLine line(quiet_if_csv(a.common, a.output));
-    study = study_sides(*project, a.output.out, place, line.progress(), stop_on_signals());
+    if (capture->split == Split::sides)
+      study = study_sides(opened->project, a.output.out, place, line.progress().stage(0, 0.7, ""),
+                          stop_on_signals());
+    if (!study || *study)
+      check = check_holds(opened->avatar, opened->model, place, {},
+                          line.progress().stage(0.7, 1, "what holds"), stop_on_signals());
   }
-  if (!*study) return report_failure(study->error());
-  const nlohmann::json json = sides_json(**study);
-  return report_tables(a.common, a.output, sides_tables(**study), &json);
+  if (study && !*study) return report_failure(study->error());
+  if (!*check) return report_failure(check->error());
+  std::vector<Table> tables;
+  nlohmann::json json = check_json(**check);
+  if (study) {
+    tables = sides_tables(**study);
+    json.update(sides_json(**study));
+    json["holds"] = holds_json((*check)->range);
+  }
+  tables.push_back(check_table(**check));
+  return report_tables(a.common, a.output, tables, &json);
 }
 
 int run_beyond(const BeyondStudyArguments& a) {
   const ThreadLimit limit(a.common.threads);
   const auto backend = chosen_backend(a.common, FieldPrecision::bf16);
   if (!backend) return report_failure(backend.error());
-  if (!a.project.empty()) return run_sides(a, {backend->backend, backend->fall_back, {}});
+  if (!a.project.empty()) return run_project(a, {backend->backend, backend->fall_back, {}});
   BeyondOptions options;
   options.film = faint_film(a.person, int(a.common.seed));
   options.film.light = a.light, options.film.frames = a.frames;
@@ -169,7 +189,8 @@ void add_beyond_study(CLI::App& study, int& exit_code) {
       "beyond", "How an avatar looks from sides and with expressions that its clip never showed");
   CLI::Option* project = verb->add_option(
       "project", a->project,
-      "A project built with --split sides: its clip is the truth, and nothing is filmed or trained");
+      "A trained project: how far it holds by its own check and, if it was built with --split sides, how "
+      "the frames look that its clip has of other sides");
   // Of the film and its avatar.
   std::vector<CLI::Option*> filmed;
   filmed.push_back(verb->add_option("--person", a->person,

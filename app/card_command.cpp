@@ -103,8 +103,12 @@ int run(const CardArguments& arguments) {
   if (!card) return report_failure(card.error());
   if (!card->holds) {
     const auto holds = found_now(arguments);
-    if (!holds) return report_failure(holds.error());
-    card->holds = *holds;
+    if (!holds && holds.error().code == ErrorCode::cancelled) return report_failure(holds.error());
+    if (holds) {
+      card->holds = *holds;
+    } else {
+      fmt::print(stderr, "How far the avatar holds could not be found. {}\n", holds.error().what);
+    }
   }
   if (arguments.common.json) {
     print_json(to_json(*card));

@@ -1,6 +1,8 @@
 // See holds_json.h.
 #include "app/holds_json.h"
 
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include <string>
@@ -10,26 +12,6 @@
 
 namespace likeness::app {
 namespace {
-
-Table figures_table(const HoldCheck& check) {
-  Table table{.name = "check", .title = "The avatar's own check, without the truth"};
-  table.columns = {{"name", "asked for"}};
-  for (int f = 0; f < kHoldFaults; ++f) {
-    const std::string name(hold_rule(HoldFault(f)).name);
-    table.columns.push_back({name, name, 4});
-  }
-  const auto add = [&](std::string name, const HoldFigures& figures) {
-    std::vector<TableCell>& row = table.rows.emplace_back();
-    row.emplace_back(std::move(name));
-    for (const double value : figures.value) row.emplace_back(value);
-  };
-  for (const HoldView& view : check.views)
-    add(fmt::format("{:+.1f} {:+.1f}", view.yaw_deg, view.pitch_deg), view.figures);
-  for (const TriedAction& tried : check.actions)
-    add(fmt::format("{} {:.1f}", tried.asked.name, tried.asked.amount), tried.figures);
-  table.notes = {fmt::format("{:.1f} s", check.seconds)};
-  return table;
-}
 
 Table agreement_table(const std::vector<CheckedCase>& cases) {
   Table table{.name = "agreement", .title = "What the check says, and the truth; up to 1 it holds"};
@@ -85,8 +67,52 @@ void warn_beyond_holds(const std::optional<HoldingRange>& range, const BeyondHol
     fmt::print(stderr, "  {}\n    {}\n", remark.what, remark.film_again);
 }
 
+Table check_table(const HoldCheck& check) {
+  Table table{.name = "check", .title = "The avatar's own check, without the truth"};
+  table.columns = {{"name", "asked for"}};
+  for (int f = 0; f < kHoldFaults; ++f) {
+    const std::string name(hold_rule(HoldFault(f)).name);
+    table.columns.push_back({name, name, 4});
+  }
+  const auto add = [&](std::string name, const HoldFigures& figures) {
+    std::vector<TableCell>& row = table.rows.emplace_back();
+    row.emplace_back(std::move(name));
+    for (const double value : figures.value) row.emplace_back(value);
+  };
+  for (const HoldView& view : check.views)
+    add(fmt::format("{:+.1f} {:+.1f}", view.yaw_deg, view.pitch_deg), view.figures);
+  for (const TriedAction& tried : check.actions)
+    add(fmt::format("{} {:.1f}", tried.asked.name, tried.asked.amount), tried.figures);
+  table.notes = {fmt::format("{:.1f} s", check.seconds)};
+  return table;
+}
+
+nlohmann::json check_json(const HoldCheck& check) {
+  const auto known = [](double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+  };
+  const nlohmann::json no_scores{
+      {"psnr_head_db", nullptr}, {"psnr_face_db", nullptr}, {"psnr_person_db", nullptr}};
+  nlohmann::json views = nlohmann::json::array(), actions = nlohmann::json::array();
+  for (const HoldView& view : check.views) {
+    nlohmann::json own = no_scores;
+    own["yaw"] = view.yaw_deg, own["pitch"] = view.pitch_deg, own["iou"] = nullptr;
+    own["drift"] = known(view.figures[HoldFault::drift]),
+    own["specks"] = known(view.figures[HoldFault::specks]);
+    own["depth_mm"] = known(view.figures[HoldFault::depth]);
+    views.push_back(std::move(own));
+  }
+  for (const TriedAction& tried : check.actions)
+    actions.push_back({{"name", tried.asked.name},
+                       {"amount", tried.asked.amount},
+                       {"psnr_face_db", nullptr},
+                       {"forehead_change", known(tried.figures[HoldFault::forehead])},
+                       {"specks", known(tried.figures[HoldFault::specks])}});
+  return {{"inside", no_scores}, {"views", views}, {"actions", actions}, {"holds", holds_json(check.range)}};
+}
+
 std::vector<Table> holds_tables(const BeyondStudy& study) {
-  return {figures_table(study.holds), agreement_table(checked_cases(study))};
+  return {check_table(study.holds), agreement_table(checked_cases(study))};
 }
 
 }  // namespace likeness::app

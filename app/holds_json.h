@@ -8,6 +8,7 @@
 
 #include "core/base/table.h"
 #include "core/direct/beyond_holds.h"
+#include "core/holds/check_holds.h"
 #include "core/lab/beyond/beyond_study.h"
 #include "core/render/holding_range.h"
 
@@ -23,7 +24,11 @@ nlohmann::json beyond_holds_json(const std::optional<HoldingRange>& range, const
 // The same as a warning, on the error stream; nothing where nothing goes beyond.
 void warn_beyond_holds(const std::optional<HoldingRange>& range, const BeyondHolds& beyond);
 
-// What the avatar's own check found of each view and action, and whether the truth says the same.
+// What the avatar's own check found of each view and action: alone, in the form in which studies with a truth
+// tell theirs, and as a table.
+nlohmann::json check_json(const HoldCheck& check);
+Table check_table(const HoldCheck& check);
+// The table, and whether the truth says the same.
 std::vector<Table> holds_tables(const BeyondStudy& study);
 
 }  // namespace likeness::app

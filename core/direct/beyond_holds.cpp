@@ -46,6 +46,7 @@ BeyondHolds beyond_holds(const HoldingRange& range, const Avatar& avatar, const 
   const TriedAmounts tried(range, avatar, model);
   BeyondHolds beyond;
   std::map<std::string, float> most;
+  std::map<HeadSide, double> most_of_side;
   const std::size_t frames = std::max(film.cameras.size(), film.poses.size());
   for (std::size_t i = 0; i < frames && !film.cameras.empty() && !film.poses.empty(); ++i) {
     const Camera& camera = film.cameras[std::min(i, film.cameras.size() - 1)];
@@ -55,8 +56,16 @@ BeyondHolds beyond_holds(const HoldingRange& range, const Avatar& avatar, const 
                  outside = degrees_beyond(range, yaw, pitch);
     bool further = outside > kHoldMargin_deg;
     if (further) {
+      const auto note = [&](HeadSide side, double degrees) {
+        if (degrees <= kHoldMargin_deg && degrees < outside / 2)
+          return;  // what is hardly outside needs no word
+        double& farthest = most_of_side[side];
+        farthest = std::max(farthest, degrees);
+      };
       for (const HeadSide side : sides_beyond(range, yaw, pitch))
-        if (std::ranges::find(beyond.sides, side) == beyond.sides.end()) beyond.sides.push_back(side);
+        note(side, side == HeadSide::left || side == HeadSide::right
+                       ? std::abs(yaw - std::clamp(yaw, range.yaw_low.deg, range.yaw_high.deg))
+                       : std::abs(pitch - std::clamp(pitch, range.pitch_low.deg, range.pitch_high.deg)));
       beyond.view_deg = std::max(beyond.view_deg, outside);
     }
     tried.tell(pose.articulation, [&](const HeldAction& action, float amount) {
@@ -66,6 +75,9 @@ BeyondHolds beyond_holds(const HoldingRange& range, const Avatar& avatar, const 
     });
     beyond.frames += further;
   }
+  for (const auto& [side, degrees] : most_of_side) beyond.sides.push_back(side);
+  std::ranges::sort(beyond.sides,
+                    [&](HeadSide a, HeadSide b) { return most_of_side.at(a) > most_of_side.at(b); });
   for (const HeldAction& action : range.actions)
     if (const auto found = most.find(action.name); found != most.end())
       beyond.actions.emplace_back(found->first, found->second);

@@ -28,7 +28,7 @@ struct BeyondHolds {
 BeyondHolds beyond_holds(const HoldingRange& range, const Avatar& avatar, const HeadModel& model,
                          const Film& film);
 
-// What a view, in degrees as seen from the head, adds to it.
+// Up to so far outside counts as held.
 inline constexpr double kHoldMargin_deg = 2;
 inline constexpr float kHoldMargin = 0.1f;  // of an action
 

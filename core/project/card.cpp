@@ -109,7 +109,7 @@ std::vector<CardFrame> card_frames(const Capture& capture, const CameraSet& came
   const std::vector<FrameSpan> serve = stretches_that_serve(capture);
   std::vector<CardFrame> frames;
   for (const CaptureFrame& captured : capture.frames) {
-    if (span_of(serve, captured.frame) < 0) continue;
+    if (span_of(serve, captured.frame) < 0 || captured.apart) continue;
     CardFrame frame{captured.time_s};
     frame.tracked = find_tracked(track, captured.frame);
     frame.blurred = is_blurred(captured);

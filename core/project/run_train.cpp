@@ -75,9 +75,13 @@ Result<void> keep_courses(const StageContext& context, const std::vector<FoundAt
 // Looks how far the avatar holds beyond the clip. A look that was stopped or failed fails no training: it is
 // made when somebody asks.
 void find_what_holds(const StageContext& context, const HeadModel& model, Avatar& avatar) {
-  if (auto holds = what_holds(avatar, model, {context.place.backend, context.place.fall_back, {}},
-                              context.progress.stage(1, 1, "what holds"), context.stop))
+  auto holds = what_holds(avatar, model, {context.place.backend, context.place.fall_back, {}},
+                          context.progress.stage(1, 1, "what holds"), context.stop);
+  if (holds) {
     avatar.holds = std::move(*holds);
+  } else if (holds.error().code != ErrorCode::cancelled) {
+    context.record.warnings.push_back("How far the avatar holds could not be found. " + holds.error().what);
+  }
 }
 
 }  // namespace

@@ -201,7 +201,9 @@ std::pair<HeldEnd, HeldEnd> held_ends_from_json(const json& j) {
     if (std::abs(deg) > 180) throw Bad{fmt::format("the range that holds goes to {} degrees", deg)};
     return HeldEnd{deg, j.at("faults").at(which).get<std::string>()};
   };
-  return {end(0), end(1)};
+  const std::pair<HeldEnd, HeldEnd> ends{end(0), end(1)};
+  if (ends.first.deg > ends.second.deg) throw Bad{"the range that holds ends before it begins"};
+  return ends;
 }
 
 HoldingRange holding_range_from_json(const json& j) {

@@ -1,6 +1,7 @@
-// Pictures that nobody filmed, for a training to learn from where its clip is silent: the proxy head, and the
-// proxy bust, at moments of the clip, as cameras well beside every filmed view would see them, with the
-// pixels of the moment's own picture wherever that shows the place.
+// Pictures that nobody filmed, for a training to learn from where its clip is silent: the proxy head and the
+// proxy bust at moments of the clip, as cameras well beside every filmed view would see them, and the head
+// with expressions that the clip never shows, as cameras near its own would; with the pixels of the moment's
+// own picture wherever that shows the place.
 //
 // They say where the surface is - opaque there, nothing beside it - and how it looks to about the
 // detail that can be carried over. Without them a training explains a front view by layers of any depth, and

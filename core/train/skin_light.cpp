@@ -53,7 +53,7 @@ SkinLight fit_light(const std::vector<Vec3f>& normals, const std::vector<Vec3f>&
       double w = weights[v];
       if (round > 0) {
         const Vec3f expected = light.coefficients.transpose() * h.cast<float>();
-        const double off = (colours[v] - expected).norm() / (kOutlier * light.usual.norm());
+        const double off = (colours[v] - expected).norm() / (kOutlier * std::max(1e-3f, light.usual.norm()));
         w /= 1 + off * off;
       }
       normal_matrix += w * h * h.transpose();

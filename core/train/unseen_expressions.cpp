@@ -33,7 +33,7 @@ UnseenExpressions unseen_expressions(const TrainingSet& set) {
   for (std::size_t a = 0; a < ranges.size(); ++a) {
     if (ranges[a].name.starts_with("eyeLook")) continue;
     UnseenAction& action = by_name[without_side(ranges[a].name)];
-    action.sides.push_back(a);
+    action.sides.push_back(a), action.rest.push_back(rest[Eigen::Index(a)]);
     action.seen = std::max({action.seen, 0.f, ranges[a].high - rest[Eigen::Index(a)]});
   }
   for (auto& [name, action] : by_name) {
@@ -59,8 +59,11 @@ Articulation draw_unseen(const UnseenExpressions& unseen, const Articulation& mo
   for (const std::size_t a : chosen) {
     const UnseenAction& action = unseen.actions[a];
     const float amount = action.seen + (1 - action.seen) * random.uniform();
-    for (const std::size_t side : action.sides)
-      add_action(drawn, unseen.basis.actions[side], amount - std::max(0.f, shown[Eigen::Index(side)]));
+    for (std::size_t i = 0; i < action.sides.size(); ++i) {
+      const std::size_t side = action.sides[i];
+      const float already = std::max(0.f, shown[Eigen::Index(side)] - action.rest[i]);
+      add_action(drawn, unseen.basis.actions[side], amount - already);
+    }
   }
   return drawn;
 }

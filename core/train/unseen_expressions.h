@@ -14,7 +14,8 @@ namespace likeness {
 // An action, both sides of the face together, that the clip shows at most in part.
 struct UnseenAction {
   std::vector<std::size_t> sides;  // of the model's actions
-  float seen = 0;                  // the most that was seen of either side, 1 = full
+  std::vector<float> rest;         // of each side, how much of it the face at rest shows
+  float seen = 0;                  // the most that was seen of either side on top of that, 1 = full
 };
 
 struct UnseenExpressions {

@@ -92,7 +92,7 @@ void draw_rest(const Snapshot& snapshot, int frame, Requests& requests) {
   const auto& frames = contents.capture->frames;
   const auto own = std::ranges::find(frames, frame, &CaptureFrame::frame);
   const bool named = std::ranges::binary_search(asked, frame);
-  if (own != frames.end() && !own->held_out && !named) {
+  if (own != frames.end() && !own->held_out && !own->apart && !named) {
     if (plain_button("This is my resting face", idle)) requests.project.rest_frames = std::vector{frame};
     tooltip(
         "For a frame with the mouth closed and the face at ease, if a smile counts as rest. Face and avatar "

@@ -174,9 +174,10 @@ std::shared_ptr<ProjectAvatar> ProjectAvatar::make(Avatar avatar, std::shared_pt
   made->directed = direct_avatar(made->avatar, *made->model);
   made->views = std::move(views);
   made->limits = seen_limits(made->avatar, *made->model, made->views);
-  if (made->views.views.empty() &&
-      !made->avatar.holds)  // the project has lost its track: nothing is known of the views
-    std::erase_if(made->limits, [](const auto& limit) { return !limit.first.starts_with(kActionChannel); });
+  if (made->views.views.empty())  // the project has lost its track: of the views only what holds is known
+    std::erase_if(made->limits, [&](const auto& limit) {
+      return !limit.first.starts_with(kActionChannel) && !limits_hold(made->avatar, limit.first);
+    });
   made->presets = likeness::presets(*made->model, seen_from_rest(made->avatar, *made->model));
   return made;
 }
