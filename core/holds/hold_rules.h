@@ -11,7 +11,8 @@
 
 namespace likeness {
 
-// What is measured of a picture, all but `mouth` and `lids` beyond what the same avatar has where it was filmed.
+// What is measured of a picture, all but `mouth` and `lids` beyond what the same avatar has where it was
+// filmed.
 enum class HoldFault {
   missing,    // share of the posed head that one sees through
   outside,    // alpha outside the person's hull, as a share of the head's area

@@ -62,6 +62,23 @@ void hold_within(const TinyProject& project, double yaw_deg, float jaw) {
   ASSERT_TRUE(write_avatar(project.folder() / "avatar.bin", avatar).ok());
 }
 
+TEST_F(DirectCommand, AStudyTellsHowFarAnyAvatarHolds) {
+  const ProgramResult result = likeness(
+      {"study", "beyond", project_.folder().string(), "--out", (project_.root / "study").string(), "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json study = json::parse(result.out);
+  EXPECT_TRUE(study.at("inside").at("psnr_head_db").is_null()) << "without a truth";
+  ASSERT_GE(study.at("views").size(), 10u);
+  for (const json& view : study.at("views")) {
+    EXPECT_TRUE(view.at("psnr_head_db").is_null());
+    EXPECT_TRUE(view.at("yaw").is_number() && view.at("pitch").is_number() && view.contains("drift"));
+  }
+  EXPECT_EQ(study.at("actions").at(0).at("name"), "jawOpen");
+  EXPECT_LE(study.at("holds").at("yaw").at(0).get<double>(), study.at("holds").at("yaw").at(1).get<double>());
+  EXPECT_TRUE(study.at("holds").at("actions").contains("jawOpen"));
+  EXPECT_TRUE(there("study/check.csv"));
+}
+
 TEST_F(DirectCommand, WhatGoesBeyondWhatHoldsIsSaid) {
   const std::string keys = save(turning()).string();
   const ProgramResult unknown = render({"--performance", keys}, "unknown");

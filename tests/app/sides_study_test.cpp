@@ -54,6 +54,8 @@ TEST_F(SidesStudyCommand, ScoresBothKindsOfHeldOutFramesAndShowsThem) {
   const json study = json::parse(result.out);
   EXPECT_EQ(study.at("inside_deg"), 22);
   EXPECT_EQ(study.at("beyond_deg"), 28);
+  EXPECT_EQ(study.at("holds").at("yaw").size(), 2u);
+  EXPECT_TRUE(study.at("holds").at("actions").contains("jawOpen"));
   const json& frames = study.at("frames");
   EXPECT_GE(frames.at("trained").get<int>(), 20);
   EXPECT_GE(frames.at("inside").get<int>(), 2);

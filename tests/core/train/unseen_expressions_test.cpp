@@ -63,6 +63,26 @@ TEST(UnseenExpressions, AreDrawnBeyondWhatWasSeen) {
   EXPECT_GT(widest_jaw, 0.2);
 }
 
+// Lips that part at rest: no more is asked of them than lies beyond that.
+TEST(UnseenExpressions, CountFromTheFaceAtRest) {
+  const FilmedHead head;
+  TrainingSet set = performing(head, {});
+  for (TrainingView& view : set.views)
+    add_action(view.pose.articulation, *find_action(set.model, "jawOpen"), 0.3f);
+  const UnseenExpressions unseen = unseen_expressions(set);
+  const UnseenAction* jaw = unseen_action(unseen, "jawOpen");
+  ASSERT_NE(jaw, nullptr);
+  EXPECT_NEAR(jaw->seen, 0, 0.05f);
+  const Eigen::VectorXf rest = action_amounts(unseen.basis, set.views[0].pose.articulation);
+  for (std::uint64_t i = 0; i < 40; ++i) {
+    RandomStream random(7, 0, i);
+    const Eigen::VectorXf drawn =
+        action_amounts(unseen.basis, draw_unseen(unseen, set.views[0].pose.articulation, random));
+    EXPECT_GT(drawn[Eigen::Index(jaw->sides[0])], rest[Eigen::Index(jaw->sides[0])] - 0.1f)
+        << "the mouth shuts";
+  }
+}
+
 TEST(UnseenExpressions, AModelWithoutActionsHasNone) {
   const FilmedHead head;
   TrainingSet set = performing(head, {});
