@@ -1,6 +1,8 @@
 // The whole path in a real window, by clicks alone: from the start screen to an exported picture.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/base/files.h"
 #include "tests/ui/driven_studio.h"
 
@@ -88,8 +90,12 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   EXPECT_EQ(*studio_->snapshot().direct.directing.performance, Performance{});
   click("Redo");
   EXPECT_GT(value("head yaw"), 1);
+  // An avatar of so few steps hardly holds from the side: there a drag stops, and a second one goes on.
   test::drag("avatar view", 60, 0, 0, [this] { frame(); });
-  EXPECT_LT(value("camera yaw"), -5);
+  const float stopped = value("camera yaw");
+  EXPECT_LT(stopped, 0);
+  test::drag("avatar view", 60, 0, 0, [this] { frame(); });
+  EXPECT_LT(value("camera yaw"), std::min(stopped - 1, -5.f));
   ASSERT_TRUE(until(120, [&](const Snapshot& s) {
     return rested(s) && s.direct.picture->origin.moment == s.direct.moment;
   }));
