@@ -131,12 +131,13 @@ int run_project(const BeyondStudyArguments& a, const RenderPlace& place) {
   const auto opened = open_avatar(a.project);
   if (!opened) return report_failure(opened.error());
   const auto capture = read_capture(capture_path(opened->project));
-  if (!capture) return report_failure(capture.error());
+  // Without its capture a project still has its avatar.
+  if (!capture && capture.error().code != ErrorCode::not_found) return report_failure(capture.error());
   std::optional<Result<SidesStudy>> study;
   std::optional<Result<HoldCheck>> check;
   {
     const ProgressLine line(quiet_if_csv(a.common, a.output));
-    if (capture->split == Split::sides)
+    if (capture && capture->split == Split::sides)
       study = study_sides(opened->project, a.output.out, place, line.progress().stage(0, 0.7, ""),
                           stop_on_signals());
     if (!study || *study)

@@ -89,7 +89,7 @@ TEST_F(SidesStudyCommand, ScoresBothKindsOfHeldOutFramesAndShowsThem) {
   EXPECT_TRUE(fs::exists(out / "views.csv"));
 }
 
-TEST_F(SidesStudyCommand, AProjectOfAnotherSplitIsRefused) {
+TEST_F(SidesStudyCommand, AProjectWithoutAnAvatarIsRefused) {
   const std::string other = (folder_ / "tail.likeness").string();
   const ProgramResult imported =
       likeness({"import", (folder_ / "demo" / "demo.mp4").string(), "--project", other});
@@ -97,7 +97,7 @@ TEST_F(SidesStudyCommand, AProjectOfAnotherSplitIsRefused) {
   const ProgramResult result =
       likeness({"study", "beyond", other, "--out", (folder_ / "none").string(), "--json"});
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_NE(result.err.find("--split sides"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("holds no trained avatar"), std::string::npos) << result.err;
 }
 
 }  // namespace
