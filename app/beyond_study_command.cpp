@@ -223,8 +223,8 @@ void add_beyond_study(CLI::App& study, int& exit_code) {
                        ->check(CLI::PositiveNumber)
                        ->capture_default_str());
   filmed.push_back(verb->add_option("--steps", a->steps, "Exact steps of training instead"));
-  filmed.push_back(verb->add_flag("--no-proxies", a->no_proxies,
-                                  "Ablation: nothing is taught of sides that were not filmed"));
+  filmed.push_back(
+      verb->add_flag("--no-proxies", a->no_proxies, "Ablation: nothing is taught of what was not filmed"));
   for (CLI::Option* option : filmed) option->excludes(project);
   add_common_options(*verb, a->common);
   add_table_options(*verb, a->output);

@@ -104,7 +104,6 @@ nlohmann::json sides_json(const SidesStudy& study) {
   return {{"inside", score_json(study.within)},
           {"views", rows_json(study.views)},
           {"off", rows_json(study.off)},
-          {"actions", nlohmann::json::array()},
           {"inside_deg", study.sides.inside_deg},
           {"beyond_deg", study.sides.beyond_deg},
           {"frames",

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/image/bilinear.h"
 
 namespace likeness {
 namespace {
@@ -22,18 +23,6 @@ Place place_on(const HeadInPicture& head, const Triangle& triangle, const Vec3f&
     place.point += weights[c] * head.posed[std::size_t(triangle[c])],
         place.normal += weights[c] * head.normals[std::size_t(triangle[c])];
   return place;
-}
-
-Vec3f between_pixels(const Image& picture, const Vec2d& at) {
-  const double x = at.x() - 0.5, y = at.y() - 0.5;
-  const int ix = std::clamp(int(std::floor(x)), 0, picture.width - 2),
-            iy = std::clamp(int(std::floor(y)), 0, picture.height - 2);
-  const float fx = std::clamp(float(x - ix), 0.f, 1.f), fy = std::clamp(float(y - iy), 0.f, 1.f);
-  Vec3f colour;
-  for (int c = 0; c < 3; ++c)
-    colour[c] = (1 - fy) * ((1 - fx) * picture.at(ix, iy)[c] + fx * picture.at(ix + 1, iy)[c]) +
-                fy * ((1 - fx) * picture.at(ix, iy + 1)[c] + fx * picture.at(ix + 1, iy + 1)[c]);
-  return colour;
 }
 
 }  // namespace
@@ -65,7 +54,7 @@ CarriedColours carry_colours(const HeadInPicture& from, const Image& from_rgb, c
         from.raster.depth[std::size_t(pixel.y()) * std::size_t(from.raster.width) + std::size_t(pixel.x())];
     if (nearest == 0 || in_cam.z() > double(nearest) + kBehind) continue;
     carried.known[i] = 1;
-    carried.colour[i] = between_pixels(from_rgb, pixel);
+    carried.colour[i] = bilinear_colour(from_rgb, pixel.x(), pixel.y());
   }
   return carried;
 }

@@ -228,7 +228,7 @@ std::vector<OptionRow> make_table() {
        .member = [](O& o) -> bool& { return o.train.use_proxies; },
        .stale = {train},
        .flag = "--no-proxies",
-       .help = "Ablation: nothing is taught of sides that were not filmed",
+       .help = "Ablation: nothing is taught of what was not filmed",
        .verbs = kAblation},
       {.key = "left_out",
        .member = [](O& o) -> std::vector<int>& { return o.train.left_out; },

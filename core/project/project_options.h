@@ -65,7 +65,7 @@ struct TrainChoices {
   bool use_latent = true, use_occupancy = true;
   bool refine_track = false;  // correct the training frames through the field
   double landmark_loss = 0;   // weight of the training's landmark loss; 0: without
-  bool use_proxies = true;    // sides that were not filmed are taught (core/train/proxy_views.h)
+  bool use_proxies = true;    // what was not filmed is taught (core/train/proxy_views.h)
   std::vector<int> left_out;  // frames the user takes out of the training, ascending; held-out ones cannot be
 
   bool operator==(const TrainChoices&) const = default;

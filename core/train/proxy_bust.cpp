@@ -92,9 +92,7 @@ Plane outline(const TrainingSet& set, const ProxyPart& head, float axis_z, float
   for (const TrainingView* view : outline_views(set, {0, base - 0.1, axis_z})) {
     const std::vector<float> moved = displacement_of(set, *view);
     const Pose cam_from_torso = view->camera.cam_from_world * view->pose.world_from_torso;
-    const PosedSurface posed = head.pose(*view);
-    const Raster hides = rasterise(posed.vertices, head.triangles, view->camera.intrinsics,
-                                   view->camera.cam_from_world * posed.world_from_surface);
+    const Raster hides = see_proxy(head, *view);
     parallel_for(std::size_t(plane.rows), [&](std::size_t y) {
       for (int x = 0; x < plane.columns; ++x) {
         const Vec3d in_cam = cam_from_torso * posed_place(set, moved, plane.place(x, int(y)));
@@ -223,11 +221,7 @@ std::optional<ProxyBust> make_proxy_bust(const TrainingSet& set, const HeadShape
     for (Vec3f& p : posed.vertices) p = posed_place(set, moved, p).cast<float>();
     return posed;
   };
-  const auto before = [&](const TrainingView& view) {
-    const PosedSurface face = head.pose(view);
-    return rasterise(face.vertices, head.triangles, view.camera.intrinsics,
-                     view.camera.cam_from_world * face.world_from_surface);
-  };
+  const auto before = [&](const TrainingView& view) { return see_proxy(head, view); };
   ViewColours seen = gather_colours(set, bust.part.triangles, bust.part.pose, kBustColourViews, before);
   std::vector<float> known(seen.weight.size());
   for (std::size_t v = 0; v < known.size(); ++v) known[v] = std::min(1.f, seen.weight[v] / kCertain);

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/base/rigid.h"
+#include "core/image/bilinear.h"
 
 namespace likeness {
 namespace {
@@ -14,27 +15,6 @@ constexpr double kHiddenBy = 0.005;            // m
 constexpr double kSlant = 0.2, kSquare = 0.5;  // cosines between which the moment's own pixel takes over
 constexpr int kOwnMatte = 250, kExplainViews = 8;
 constexpr float kForeign = 0.4f;  // from the usual colour, encoded: farther than lips, teeth and glints reach
-
-Vec3f colour_between(const Image8& picture, const Vec2d& pixel) {
-  const double x = pixel.x() - 0.5, y = pixel.y() - 0.5;
-  const int ix = std::clamp(int(std::floor(x)), 0, picture.width - 2),
-            iy = std::clamp(int(std::floor(y)), 0, picture.height - 2);
-  const float fx = std::clamp(float(x - ix), 0.f, 1.f), fy = std::clamp(float(y - iy), 0.f, 1.f);
-  Vec3f colour;
-  for (int c = 0; c < 3; ++c) {
-    const float upper = (1 - fx) * float(picture.at(ix, iy)[c]) + fx * float(picture.at(ix + 1, iy)[c]),
-                lower =
-                    (1 - fx) * float(picture.at(ix, iy + 1)[c]) + fx * float(picture.at(ix + 1, iy + 1)[c]);
-    colour[c] = ((1 - fy) * upper + fy * lower) / 255.f;
-  }
-  return colour;
-}
-
-Raster raster_of(const ProxyPart& part, const TrainingView& moment, const Camera& camera) {
-  const PosedSurface posed = part.pose(moment);
-  return rasterise(posed.vertices, part.triangles, camera.intrinsics,
-                   camera.cam_from_world * posed.world_from_surface);
-}
 
 // A moment's part, and its own picture laid on it.
 class Moment {
@@ -46,7 +26,7 @@ class Moment {
         cam_from_surface_(view.camera.cam_from_world * surface_.world_from_surface),
         eye_(inverse(cam_from_surface_).translation()),
         seen_(rasterise(surface_.vertices, part.triangles, view.camera.intrinsics, cam_from_surface_)) {
-    if (before != nullptr) before_ = raster_of(*before, view, view.camera);
+    if (before != nullptr) before_ = see_proxy(*before, view);
   }
 
   // Of a place on a triangle; `usual`: the part's colour there.
@@ -68,7 +48,7 @@ class Moment {
     if (view_.alpha.at(x, y) < kOwnMatte || (!view_.teaches.empty() && view_.teaches.at(x, y) == 0))
       return usual;
     const float own = float(std::clamp((facing - kSlant) / (kSquare - kSlant), 0.0, 1.0));
-    const Vec3f here = colour_between(view_.rgb, pixel);
+    const Vec3f here = bilinear_colour(view_.rgb, pixel.x(), pixel.y()) / 255.f;
     if ((here - usual).norm() > kForeign) return usual;  // a hand, a cup
     return own * here + (1 - own) * usual;
   }
@@ -91,6 +71,12 @@ bool faces_away(const std::vector<Vec3f>& posed, const Triangle& triangle, const
 
 }  // namespace
 
+Raster see_proxy(const ProxyPart& part, const TrainingView& view) {
+  const PosedSurface posed = part.pose(view);
+  return rasterise(posed.vertices, part.triangles, view.camera.intrinsics,
+                   view.camera.cam_from_world * posed.world_from_surface);
+}
+
 ProxyPicture draw_proxy(const ProxyPart& part, const ProxyPart* before, const TrainingView& moment,
                         const TrainingView& shown) {
   const Moment own(part, before, moment);
@@ -104,7 +90,7 @@ ProxyPicture draw_proxy(const ProxyPart& part, const ProxyPart* before, const Tr
   const std::size_t pixels = picture.raster.triangle.size();
   picture.other.assign(pixels, 0), picture.inner.assign(pixels, 0);
   const std::optional<Raster> hides =
-      before != nullptr ? std::optional(raster_of(*before, shown, shown.camera)) : std::nullopt;
+      before != nullptr ? std::optional(see_proxy(*before, shown)) : std::nullopt;
   for (std::size_t i = 0; i < pixels; ++i) {
     picture.other[i] = hides && hides->depth[i] > 0;
     if (picture.raster.triangle[i] < 0) continue;
@@ -141,19 +127,16 @@ double unexplained(const TrainingSet& set, std::span<const ProxyPart* const> par
   for (const std::size_t i : evenly(own.size(), kExplainViews)) {
     const TrainingView& view = own[i];
     if (view.alpha.empty()) continue;
-    std::vector<Image8> masks;
-    for (const ProxyPart* part : parts) {
-      const PosedSurface posed = part->pose(view);
-      masks.push_back(silhouette(posed.vertices, part->triangles, view.camera.intrinsics,
-                                 view.camera.cam_from_world * posed.world_from_surface));
-    }
+    std::vector<Raster> seen;
+    for (const ProxyPart* part : parts) seen.push_back(see_proxy(*part, view));
     const std::vector<HalfPicture> within = halves(view);
     for (int y = 0; y < view.alpha.height; ++y)
       for (int x = 0; x < view.alpha.width; ++x) {
         if (view.alpha.at(x, y) < 128) continue;
         if (!std::ranges::all_of(within, [&](const HalfPicture& half) { return half.at(x, y); })) continue;
         ++person;
-        outside += std::ranges::none_of(masks, [&](const Image8& mask) { return *mask.at(x, y) != 0; });
+        const std::size_t pixel = std::size_t(y) * std::size_t(view.alpha.width) + std::size_t(x);
+        outside += std::ranges::none_of(seen, [&](const Raster& part) { return part.triangle[pixel] >= 0; });
       }
   }
   return person > 0 ? double(outside) / double(person) : 1;

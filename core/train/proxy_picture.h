@@ -16,6 +16,9 @@ struct ProxyPart {
   PoseSurface pose;
 };
 
+// What the view's camera sees of it, in the view's pose.
+Raster see_proxy(const ProxyPart& part, const TrainingView& view);
+
 struct ProxyPicture {
   Image8 rgb, alpha;                // (h, w, 3) and (h, w, 1): 255 = the part, 0 = not, or hidden
   Raster raster;                    // of the part alone

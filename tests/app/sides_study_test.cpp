@@ -56,6 +56,7 @@ TEST_F(SidesStudyCommand, ScoresBothKindsOfHeldOutFramesAndShowsThem) {
   EXPECT_EQ(study.at("beyond_deg"), 28);
   EXPECT_EQ(study.at("holds").at("yaw").size(), 2u);
   EXPECT_TRUE(study.at("holds").at("actions").contains("jawOpen"));
+  EXPECT_EQ(study.at("actions").at(0).at("name"), "jawOpen") << "by the avatar's own check";
   const json& frames = study.at("frames");
   EXPECT_GE(frames.at("trained").get<int>(), 20);
   EXPECT_GE(frames.at("inside").get<int>(), 2);

@@ -43,7 +43,6 @@ void move_view(const Snapshot& snapshot, Views& views, const Fitted& place, bool
   Performance edited = requests.direct.start(directing);
   const ValueEdit at{directing.playhead_s, directing.record_keys};
   bool moved = false;
-  if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) views.drag_began.clear();
   const auto move = [&](const char* channel, const auto& change) {
     const ChannelScale scale = channel_scale(channel);
     const float before = value_at(edited, channel, at.time_s),
@@ -350,6 +349,7 @@ void draw_compare_strip(const Snapshot& snapshot, Requests& requests) {
 }  // namespace
 
 void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests) {
+  if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) views.drag_began.clear();
   if (!snapshot.project.contents || !snapshot.project.contents->avatar || !snapshot.project.contents->model) {
     draw_nothing_yet(
         "Here the avatar will turn its head, speak and smile. Make it first: the steps above lead to it.");

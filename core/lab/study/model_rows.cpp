@@ -65,7 +65,7 @@ const std::vector<ModelSpec>& study_models() {
        .about = "without latent codes for the frames",
        .parts = [](ChosenParts& p) { p.latent = false; }},
       {.name = "no-proxies",
-       .about = "nothing taught of sides that were not filmed",
+       .about = "nothing taught of what was not filmed",
        .parts = [](ChosenParts& p) { p.proxies = false; }},
       {.name = "no-torso",
        .about = "without a field of the torso",

@@ -36,5 +36,19 @@ TEST(Bilinear, OuterHalfPixelIsOutsideAndExtrapolatesFromTheBorder) {
   EXPECT_NEAR(bilinear(picture, 6.9, 2), 3 + 2 * 6.9 - 2 + 0.5 * 6.9 * 2, 1e-5);
 }
 
+// Each channel is met on its own, and places outside have the colour at the border.
+TEST(Bilinear, MeetsColoursBetweenTheirPixels) {
+  BasicImage<float> picture(4, 3, 3);
+  for (int y = 0; y < 3; ++y)
+    for (int x = 0; x < 4; ++x)
+      for (int c = 0; c < 3; ++c)
+        picture.at(x, y)[c] = float(c + 1) * (2 + 3 * (float(x) + 0.5f) - (float(y) + 0.5f));
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(bilinear_colour(picture, 1.7, 2.2)[c], float(c + 1) * (2 + 3 * 1.7f - 2.2f), 1e-5f);
+    EXPECT_NEAR(bilinear_colour(picture, -5, 9)[c], picture.at(0, 2)[c], 1e-6f);
+    EXPECT_NEAR(bilinear_colour(picture, 9, -5)[c], picture.at(3, 0)[c], 1e-6f);
+  }
+}
+
 }  // namespace
 }  // namespace likeness
