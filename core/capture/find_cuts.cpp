@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/capture/place_picture.h"
 
 namespace likeness {
 namespace {
@@ -42,6 +43,7 @@ constexpr double kChanged = 0.2;             // of the picture must
 constexpr double kAsUsual = 0.5;             // of that, just before or after
 constexpr double kUnmixed = 0.25;      // of the difference between both pictures that a mixture may leave
 constexpr double kBack = 0.06;         // of the way a mixture may go back
+constexpr double kMoved = 0.4;         // of that difference, which a motion of the camera leaves
 constexpr double kBare = 0.04;         // of the other picture: none of it is seen
 constexpr std::size_t kLooks = 12;     // frames between the two that are looked at
 constexpr std::size_t kLeastLook = 4;  // frames before or after that say how the film moves
@@ -224,6 +226,21 @@ bool leads_by_mixing(Sketches film, std::size_t from, std::size_t to, const Chan
   return halfway;
 }
 
+// Whether the camera swayed, panned or zoomed from the one to the other: of a smooth wall, such as one out of
+// focus, the pictures on the way look like mixtures.
+bool leads_by_motion(Sketches film, std::size_t from, std::size_t to, const Changed& changed) {
+  const Image8 &a = film[from].luma, &b = film[to].luma;
+  std::vector<std::uint8_t> free(b.data.size(), 0);
+  for (const std::size_t p : changed.pixels) free[p] = 1;
+  const Image8 moved = placed_picture(a, place_in(a, b, free));
+  double way = 1e-9, left = 0;
+  for (const std::size_t p : changed.pixels) {
+    const double before = double(b.data[p]) - a.data[p], after = double(b.data[p]) - moved.data[p];
+    way += before * before, left += after * after;
+  }
+  return left < kMoved * kMoved * way;
+}
+
 // Marks the frames between these two that are mixtures of both.
 void mark_mixed(Sketches film, std::size_t from, std::size_t to, std::vector<std::uint8_t>& mixed) {
   const Changed changed = changed_between(film[from], film[to]);
@@ -238,6 +255,7 @@ void mark_mixed(Sketches film, std::size_t from, std::size_t to, std::vector<std
   };
   if (as_usual(from - std::min(from, length), from) || as_usual(to, std::min(to + length, film.size() - 1)))
     return;
+  if (leads_by_motion(film, from, to, changed)) return;
   for (std::size_t t = from + 1; t < to; ++t) {
     const double share = unmix(changed, film[from].luma, film[to].luma, film[t].luma).share;
     if (share > kBare && share < 1 - kBare) mixed[t] = 1;

@@ -6,7 +6,6 @@
 #include <cstddef>
 
 #include "core/base/check.h"
-#include "core/image/bilinear.h"
 
 namespace likeness {
 namespace {
@@ -74,17 +73,6 @@ double mean_motion(const CellChange& change, double most) {
     weight += double(change.gradient[i]);
   }
   return sum / weight;
-}
-
-Image8 moved_picture(const Image8& picture, double dx, double dy) {
-  Image8 moved(picture.width, picture.height, 1);
-  for (int y = 0; y < picture.height; ++y)
-    for (int x = 0; x < picture.width; ++x) {
-      const double u = std::clamp(x - dx, 0.0, double(picture.width - 1)),
-                   v = std::clamp(y - dy, 0.0, double(picture.height - 1));
-      *moved.at(x, y) = std::uint8_t(std::lround(bilinear(picture, u + 0.5, v + 0.5)));
-    }
-  return moved;
 }
 
 }  // namespace likeness

@@ -23,7 +23,4 @@ CellChange compare_cells(const Image8& before, const Image8& after, int cell);
 // Mean motion, px, each cell's up to `most` and weighted by its gradient.
 double mean_motion(const CellChange& change, double most);
 
-// The picture moved by (dx, dy) px, its border repeated.
-Image8 moved_picture(const Image8& picture, double dx, double dy);
-
 }  // namespace likeness

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "core/capture/place_picture.h"
 #include "core/video/decode.h"
 
 namespace likeness {
@@ -80,13 +81,25 @@ Shift shake(const Image8& before, const Image8& after, const std::optional<Perso
           y + lowest_between(difference.at(x, y - 1), least, difference.at(x, y + 1))};
 }
 
-Image8 head_picture(const Image8& picture, const FaceBox& face, double dx, double dy) {
+// Head and hair of a face, source px.
+PixelRect head_part(const FaceBox& face) {
   const double w = face.width;
-  const int x = int(std::lround(face.x - kBesideHead * w + dx)),
-            y = int(std::lround(face.y - kAboveHead * w + dy)),
-            width = std::max(8, int(std::lround((1 + 2 * kBesideHead) * w))),
-            height = std::max(8, int(std::lround(face.height + (kAboveHead + kBelowHead) * w)));
-  return resize(crop(picture, x, y, width, height), kHeadSide, kHeadSide);
+  return {int(std::lround(face.x - kBesideHead * w)), int(std::lround(face.y - kAboveHead * w)),
+          std::max(8, int(std::lround((1 + 2 * kBesideHead) * w))),
+          std::max(8, int(std::lround(face.height + (kAboveHead + kBelowHead) * w)))};
+}
+
+// How the head in that part of a frame moved since the one before, apart from the camera's shake (source px),
+// to the part of a pixel: of a small picture, half a pixel is a jump.
+CellChange head_change(const Image8& before, const Image8& after, const PixelRect& part, const Shift& shift) {
+  PixelRect earlier = part;
+  earlier.x -= int(std::lround(shift.x)), earlier.y -= int(std::lround(shift.y));
+  const Image8 now = resize(crop(after, part), kHeadSide, kHeadSide),
+               then = resize(crop(before, earlier), kHeadSide, kHeadSide);
+  if (shift.x == 0 && shift.y == 0) return compare_cells(then, now, kHeadCell);
+  const double across = double(kHeadSide) / part.width, down = double(kHeadSide) / part.height;
+  const Placed rest{(shift.x - std::round(shift.x)) * across, (shift.y - std::round(shift.y)) * down};
+  return compare_cells(placed_picture(then, rest), now, kHeadCell);
 }
 
 }  // namespace
@@ -120,7 +133,8 @@ void FilmSketcher::add(const VideoFrame& frame, const std::optional<FaceBox>& fa
     Shift shift = shake(before, sketch.luma, person);
     sketch.whole = compare_cells(before, sketch.luma, kSketchCell);
     if (shift.x != 0 || shift.y != 0) {
-      CellChange steadied = compare_cells(moved_picture(before, shift.x, shift.y), sketch.luma, kSketchCell);
+      CellChange steadied =
+          compare_cells(placed_picture(before, {shift.x, shift.y}), sketch.luma, kSketchCell);
       if (mean_motion(steadied, kMostWhole) < kExplains * mean_motion(sketch.whole, kMostWhole))
         sketch.whole = std::move(steadied);
       else
@@ -128,8 +142,7 @@ void FilmSketcher::add(const VideoFrame& frame, const std::optional<FaceBox>& fa
     }
     if (face) {
       const double scale = double(frame.rgb.width) / width_, down = double(frame.rgb.height) / height_;
-      sketch.head = compare_cells(head_picture(before_, *face, -shift.x * scale, -shift.y * down),
-                                  head_picture(frame.rgb, *face, 0, 0), kHeadCell);
+      sketch.head = head_change(before_, frame.rgb, head_part(*face), {shift.x * scale, shift.y * down});
     }
   }
   before_ = frame.rgb;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -82,6 +83,31 @@ TEST(FindCuts, AQuickTurnAStepOfTheLampAndAHeadThatReturnsAreNoCuts) {
     return swaying(f) + (f == kCutAt || f == kCutAt + 1 ? 14 : 0);
   };
   EXPECT_EQ(shots_in(resting_wall, flash), kWhole);
+}
+
+// However slowly, and by whatever part of a pixel: what is known of the camera's motion is not exact.
+TEST(FindCuts, ACameraThatSlidesPastAPersonAtRestAndComesToRestCutsNothing) {
+  for (const auto& [right, down] : {std::array{-2.0, 0.0}, {-1.78, 0.12}, {0.6, -0.45}, {0.1, 2.4}})
+    for (const bool whole_px : {false, true}) {
+      MadeFilm film{resting_wall, [](int) -> std::optional<double> { return 160; }, kFilm};
+      film.rate = 10;
+      film.slide = [&](int f) {
+        std::array at{right * (std::min(f, kCutAt) - 10), down * (std::min(f, kCutAt) - 10)};
+        if (whole_px)
+          for (double& px : at) px = std::round(px);
+        return at;
+      };
+      EXPECT_EQ(find_shots(test::sketches_of(film)), kWhole)
+          << right << ", " << down << " px" << (whole_px ? ", whole" : "");
+    }
+}
+
+TEST(FindCuts, AJumpOfTheHeadBeforeACameraThatSlidesBeginsAShot) {
+  MadeFilm film{resting_wall,
+                [](int f) -> std::optional<double> { return swaying(f) + (f >= kCutAt ? 14 : 0); }, kFilm};
+  film.slide = [](int f) { return std::array{0.73 * (f - kCutAt), -0.31 * (f - kCutAt)}; };
+  EXPECT_EQ(find_shots(test::sketches_of(film)),
+            (std::vector<FrameSpan>{{0, kCutAt - 1}, {kCutAt, kFilm - 1}}));
 }
 
 TEST(FindCuts, ADissolveFromACameraThatMovesIsFound) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -33,14 +34,21 @@ struct MadeFilm {
   std::function<std::optional<double>(int frame)> head_x{};
   int frames = 40;
   std::function<double(int frame)> light = [](int) { return 1.0; };
+  std::function<std::array<double, 2>(int frame)> slide{};  // px right and down of all there is
+  double rate = kSceneRate;
 };
 
 inline constexpr double kMadeHeadY = 90, kMadeFace = 70;  // px: its middle's height, and its size
 
+inline std::array<double, 2> made_slide(const MadeFilm& film, int frame) {
+  return film.slide ? film.slide(frame) : std::array{0.0, 0.0};
+}
+
 inline std::optional<FaceBox> made_face(const MadeFilm& film, int frame) {
   const auto x = film.head_x ? film.head_x(frame) : std::nullopt;
   if (!x) return std::nullopt;
-  return FaceBox{*x - kMadeFace / 2, kMadeHeadY - kMadeFace / 2, kMadeFace, kMadeFace, 1};
+  const auto [right, down] = made_slide(film, frame);
+  return FaceBox{*x + right - kMadeFace / 2, kMadeHeadY + down - kMadeFace / 2, kMadeFace, kMadeFace, 1};
 }
 
 inline double made_level(const MadeFilm& film, double x, double y, int frame) {
@@ -59,11 +67,12 @@ inline std::vector<FrameSketch> sketches_of(const MadeFilm& film) {
   FilmSketcher sketcher(info);
   for (int f = 0; f < film.frames; ++f) {
     VideoFrame frame;
-    frame.index = f, frame.time_s = f / kSceneRate, frame.rgb = Image8(kSceneWidth, kSceneHeight, 1);
+    const auto [right, down] = made_slide(film, f);
+    frame.index = f, frame.time_s = f / film.rate, frame.rgb = Image8(kSceneWidth, kSceneHeight, 1);
     for (int y = 0; y < kSceneHeight; ++y)
       for (int x = 0; x < kSceneWidth; ++x)
-        *frame.rgb.at(x, y) =
-            std::uint8_t(std::clamp(std::lround(film.light(f) * made_level(film, x, y, f)), 0L, 255L));
+        *frame.rgb.at(x, y) = std::uint8_t(
+            std::clamp(std::lround(film.light(f) * made_level(film, x - right, y - down, f)), 0L, 255L));
     sketcher.add(frame, made_face(film, f));
   }
   return sketcher.take();
