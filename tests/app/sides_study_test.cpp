@@ -25,7 +25,7 @@ class SidesStudyCommand : public testing::Test {
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     folder_ = name;
     const ProgramResult demo = likeness({"demo", (folder_ / "demo").string(), "--size", "224", "--frames",
-                                         "80", "--moving-share", "0", "--samples", "1"});
+                                         "60", "--moving-share", "0", "--samples", "1"});
     ASSERT_EQ(demo.exit_code, 0) << demo.err;
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
