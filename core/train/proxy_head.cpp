@@ -22,6 +22,9 @@ constexpr float kBelowBase = 0.03f;  // m of neck that are kept
 // ViewColours::weight from which a colour is certain. Lips that part a little show themselves where the model
 // has teeth, and hair seen at a slant shows the wall between its strands.
 constexpr float kWellSeen = 0.3f, kMouthSeen = 4, kHairSeen = 3;
+// ViewColours::squareness between which skin becomes certain. What stands beside skin that is seen edge-on -
+// an ear, a glasses' bow, hair - lies over it by the slightest error of the fit.
+constexpr float kSkinSlant = 0.2f, kSkinSquare = 0.4f;
 
 Vec3f linear(const Vec3f& colour) {
   return {linear_of_srgb(colour[0]), linear_of_srgb(colour[1]), linear_of_srgb(colour[2])};
@@ -83,12 +86,15 @@ ProxyHead make_proxy_head(const TrainingSet& set, const HeadShape& shape) {
   ViewColours seen = gather_colours(set, proxy.triangles, pose, kColourViews);
   proxy.colours = std::move(seen.colour);
   proxy.colours.resize(rest.size(), Vec3f::Zero()), seen.weight.resize(rest.size(), 0.f);
+  seen.pictures.resize(rest.size(), 0);
   std::vector<float> known(rest.size());
   std::vector<std::uint8_t> scalp(rest.size()), skin(rest.size());
   const std::vector<std::uint8_t> mouth = inside_mouth(model);
   for (std::size_t v = 0; v < rest.size(); ++v) {
     scalp[v] = hull.hairy[v] > kScalp, skin[v] = !scalp[v];
     known[v] = std::min(1.f, seen.weight[v] / (mouth[v] ? kMouthSeen : scalp[v] ? kHairSeen : kWellSeen));
+    if (skin[v] && !mouth[v])
+      known[v] *= std::clamp((seen.squareness(v) - kSkinSlant) / (kSkinSquare - kSkinSlant), 0.f, 1.f);
   }
   colour_mouth(model, rest, known, proxy.colours);
   // Hair takes no colour from the skin beside it.

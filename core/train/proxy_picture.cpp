@@ -15,6 +15,7 @@ constexpr double kHiddenBy = 0.005;            // m
 constexpr double kSlant = 0.2, kSquare = 0.5;  // cosines between which the moment's own pixel takes over
 constexpr int kOwnMatte = 250, kExplainViews = 8;
 constexpr float kForeign = 0.4f;  // from the usual colour, encoded: farther than lips, teeth and glints reach
+constexpr float kForeignAtSlant = 0.12f;  // where the place is seen edge-on
 
 // A moment's part, and its own picture laid on it.
 class Moment {
@@ -49,7 +50,8 @@ class Moment {
       return usual;
     const float own = float(std::clamp((facing - kSlant) / (kSquare - kSlant), 0.0, 1.0));
     const Vec3f here = bilinear_colour(view_.rgb, pixel.x(), pixel.y()) / 255.f;
-    if ((here - usual).norm() > kForeign) return usual;  // a hand, a cup
+    // A hand, a cup; at a slant, what stands beside the place.
+    if ((here - usual).norm() > kForeignAtSlant + (kForeign - kForeignAtSlant) * own) return usual;
     return own * here + (1 - own) * usual;
   }
 

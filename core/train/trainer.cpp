@@ -14,6 +14,7 @@
 #include "core/train/checkpoint.h"
 #include "core/train/condition_map.h"
 #include "core/train/landmark_patches.h"
+#include "core/train/loose_cells.h"
 #include "core/train/refine_track.h"
 #include "core/train/register_clips.h"
 #include "core/train/still_cells.h"
@@ -73,6 +74,8 @@ Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const Co
     avatar.torso_modes.hem = find_hem(set, avatar.torso->cube);
     if (avatar.torso_modes.hem) extend_below(*avatar.torso_modes.hem, *avatar.torso);
   }
+  drop_loose_cells(avatar.head, kSolidHead);
+  if (avatar.torso) drop_loose_cells(*avatar.torso, kSolidTorso);
   avatar.steps = state.step;
   avatar.seed = options.seed;
   avatar.train_seconds = state.seconds;

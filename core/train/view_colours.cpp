@@ -29,6 +29,7 @@ ViewColours gather_colours(const TrainingSet& set, const std::vector<Triangle>& 
     const PosedSurface surface = pose(view);
     const std::vector<Vec3f>& posed = surface.vertices;
     colours.colour.resize(posed.size(), Vec3f::Zero()), colours.weight.resize(posed.size(), 0.f);
+    colours.pictures.resize(posed.size(), 0);
     const std::vector<Vec3f> normals = vertex_normals(posed, triangles);
     const Pose cam_from_surface = view.camera.cam_from_world * surface.world_from_surface;
     const Vec3d eye = inverse(cam_from_surface).translation();
@@ -50,7 +51,7 @@ ViewColours gather_colours(const TrainingSet& set, const std::vector<Triangle>& 
       const float weight = float(facing * facing * facing);
       const std::uint8_t* c = view.rgb.at(x, y);
       colours.colour[v] += weight / 255.f * Vec3f(c[0], c[1], c[2]);
-      colours.weight[v] += weight;
+      colours.weight[v] += weight, ++colours.pictures[v];
     }
   }
   for (std::size_t v = 0; v < colours.colour.size(); ++v)

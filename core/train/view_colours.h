@@ -1,6 +1,7 @@
 // What colour the clip's pictures give the places of a surface.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -27,6 +28,12 @@ using SeeBefore = std::function<Raster(const TrainingView&)>;
 struct ViewColours {
   std::vector<Vec3f> colour;  // (V) sRGB-encoded, [0, 1]; zero where no picture shows the place
   std::vector<float> weight;  // (V) sum over the pictures of how squarely they face it, cubed
+  std::vector<int> pictures;  // (V) that show it
+
+  // The cosine at which the pictures see it, by the mean of its cubes; 0 where none does.
+  float squareness(std::size_t v) const {
+    return pictures[v] > 0 ? std::cbrt(weight[v] / float(pictures[v])) : 0.f;
+  }
 };
 
 // `triangles` are the surface's, and hide what lies behind them, as does what `before` sees, if given. Own
