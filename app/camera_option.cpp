@@ -17,12 +17,12 @@ void add_camera_options(CLI::App& verb, CameraOptions& options) {
 }
 
 Result<std::vector<Camera>> film_cameras(const CameraOptions& options, const OpenedAvatar& opened,
-                                         int frames) {
+                                         std::span<const double> times_s) {
   const Avatar& avatar = opened.avatar;
   if (!options.follows_a_file()) {
     const double amplitude = options.rests() ? 0 : options.orbit_deg * std::numbers::pi / 180;
     std::vector<Camera> cameras;
-    for (const double yaw : orbit_yaws(frames, amplitude))
+    for (const double yaw : orbit_yaws(times_s, amplitude))
       cameras.push_back(orbit_camera(avatar, avatar.world_from_head, yaw));
     return cameras;
   }

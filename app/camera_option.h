@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,9 +25,10 @@ struct CameraOptions {
 };
 void add_camera_options(CLI::App& verb, CameraOptions& options);
 
-// One camera a frame; a file has as many as it has. Those of the project's own solve are brought to metres.
+// One camera for each of these times; a file has as many as it has. Those of the project's own solve are
+// brought to metres.
 Result<std::vector<Camera>> film_cameras(const CameraOptions& options, const OpenedAvatar& opened,
-                                         int frames);
+                                         std::span<const double> times_s);
 
 // A mesh has none.
 Result<void> check_camera(const CameraOptions& options, const std::filesystem::path& out);

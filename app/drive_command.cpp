@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -85,7 +86,7 @@ Result<DriveOutcome> drive_film(DriveArguments& a, const Progress& progress, std
   if (const auto fine = check_camera(a.camera, a.film.out); !fine) return fine.error();
   DrivenView view;
   if (!a.camera.rests())
-    view.cameras = [&](std::size_t frames) { return film_cameras(a.camera, *opened, int(frames)); };
+    view.cameras = [&](std::span<const double> times_s) { return film_cameras(a.camera, *opened, times_s); };
   if (!a.pose_deg.empty()) view.turn = turn_of(a.pose_deg);
   auto output = write_driven(*opened, a.request, a.film, a.side_by_side, progress, stop, view);
   if (!output) return output.error();
@@ -114,11 +115,13 @@ int run(DriveArguments& a) {
                 {"sound", done.sound.copied},
                 {"sound_left_out", done.sound.why_not},
                 {"gains", gains},
+                {"warnings", done.warnings},
                 {"beyond_holds", beyond_holds_json(holds, done.beyond)}});
     return kExitDone;
   }
   fmt::print(stderr, "Wrote {} ({} frames, {}).\n", a.film.out.string(), done.frames,
              done.sound.copied ? "with the clip's sound" : "without sound: " + done.sound.why_not);
+  for (const std::string& warning : done.warnings) fmt::print(stderr, "{}\n", warning);
   if (done.bridged > 0)
     fmt::print(stderr, "In {} frames the driver's face was lost; the motion is interpolated there.\n",
                done.bridged);

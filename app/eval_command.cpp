@@ -1,4 +1,6 @@
 // likeness eval: held-out figures of a project.
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
@@ -75,6 +77,11 @@ std::string decibel(const std::optional<double>& value) {
   return value ? fmt::format("{:.2f} dB", *value) : "not measured";
 }
 
+// No region, no face or no landmarks in any frame: there is nothing that a number could say.
+std::string figure(double value) {
+  return std::isfinite(value) ? fmt::format("{:.2f}", value) : "not measured";
+}
+
 int run(const EvalArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
   const auto project = open_project(arguments.project);
@@ -108,23 +115,26 @@ int run(const EvalArguments& arguments) {
   fmt::print("{} held-out frames ({} split), {} px\n", e.frames_test, e.split, e.size);
   if (e.frames_lost > 0)
     fmt::print("{} more held-out frames have no track and are not measured\n", e.frames_lost);
+  const auto faceless =
+      std::ranges::count_if(e.frames, [](const FrameScore& f) { return !std::isfinite(f.face_mse); });
+  if (faceless > 0) fmt::print("{} of them show no face and are left out of its figures\n", faceless);
   if (const Headline first = headline(e); first.why.empty())
-    fmt::print("PSNR full {}  person {:.2f}  head {:.2f}  face {:.2f} dB\n", decibel(e.psnr_db),
-               e.psnr_person_db, e.psnr_head_db, e.psnr_face_db);
+    fmt::print("PSNR full {}  person {}  head {}  face {} dB\n", decibel(e.psnr_db), figure(e.psnr_person_db),
+               figure(e.psnr_head_db), figure(e.psnr_face_db));
   else
-    fmt::print("PSNR person {:.2f}  head {:.2f}  face {:.2f} dB; full {}\n{}\n", e.psnr_person_db,
-               e.psnr_head_db, e.psnr_face_db, decibel(e.psnr_db), first.why);
+    fmt::print("PSNR person {}  head {}  face {} dB; full {}\n{}\n", figure(e.psnr_person_db),
+               figure(e.psnr_head_db), figure(e.psnr_face_db), decibel(e.psnr_db), first.why);
   if (e.refit)
     fmt::print(
-        "with {} numbers per frame fitted to the frozen field (an oracle): full {}  head {:.2f}  face {:.2f} "
+        "with {} numbers per frame fitted to the frozen field (an oracle): full {}  head {}  face {} "
         "dB\n",
-        e.refit->free_numbers_per_frame, decibel(e.refit->psnr_db), e.refit->psnr_head_db,
-        e.refit->psnr_face_db);
+        e.refit->free_numbers_per_frame, decibel(e.refit->psnr_db), figure(e.refit->psnr_head_db),
+        figure(e.refit->psnr_face_db));
   if (e.ssim) fmt::print("SSIM {:.4f}  GMSD {:.4f}\n", *e.ssim, *e.gmsd);
   if (e.lpips) fmt::print("LPIPS {:.4f}, by {}\n", *e.lpips, options.lpips.filename().string());
-  fmt::print(
-      "landmarks off by {:.2f} px (mouth {:.2f}, eyes {:.2f})  {:.1f} frames/s at {:.1f} samples per ray\n",
-      e.landmarks_px.inner, e.landmarks_px.mouth, e.landmarks_px.eyes, e.render_fps, e.samples_per_ray);
+  fmt::print("landmarks off by {} px (mouth {}, eyes {})  {:.1f} frames/s at {:.1f} samples per ray\n",
+             figure(e.landmarks_px.inner), figure(e.landmarks_px.mouth), figure(e.landmarks_px.eyes),
+             e.render_fps, e.samples_per_ray);
   return kExitDone;
 }
 

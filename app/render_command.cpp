@@ -88,7 +88,7 @@ Result<Film> make_film(const RenderArguments& arguments, const OpenedAvatar& ope
     return Error{ErrorCode::bad_input, "The cameras to follow say how many frames there are.",
                  "Leave out --frames, or --camera.", arguments.camera.camera};
   Film film;
-  auto cameras = film_cameras(arguments.camera, opened, wanted);
+  auto cameras = film_cameras(arguments.camera, opened, steady_times(wanted, arguments.frames_per_second));
   if (!cameras) return cameras.error();
   film.cameras = std::move(*cameras);
   const std::array<double, 3> turn = turn_of(arguments.pose_deg);

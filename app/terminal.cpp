@@ -81,7 +81,7 @@ int report_failure(const Error& error, StoppedWork stopped) {
 
 void print_json(const nlohmann::json& value) {
   // A path need not be valid UTF-8; the odd byte is replaced rather than refused.
-  fmt::print("{}\n", json_text_replacing(value, 2));
+  fmt::print("{}\n", json_text(value, 2));
 }
 
 nlohmann::json finite_or_null(double value) {

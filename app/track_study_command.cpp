@@ -11,6 +11,7 @@
 #include "app/tables.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/base/path_text.h"
 #include "core/camera/clip_camera.h"
 #include "core/capture/capture.h"
 #include "core/face/landmarks.h"
@@ -55,7 +56,7 @@ Result<std::vector<Table>> compare_marks(const TrackStudyArguments& a) {
   const auto track = read_track(a.clip);
   if (!track) return track.error();
   ProjectOptions models = a.models;
-  if (models.shared.head_model.empty()) models.shared.head_model = track->head_model_file;
+  if (models.shared.head_model.empty()) models.shared.head_model = path_of_text(track->head_model_file);
   const auto model = project_head_model(models);
   if (!model) return model.error();
   if (const auto fits = check_track_fits(*track, *model); !fits) {

@@ -8,9 +8,7 @@ nlohmann::json parse_json(std::string_view text) { return nlohmann::json::parse(
 
 nlohmann::json try_parse_json(std::string_view text) { return nlohmann::json::parse(text, nullptr, false); }
 
-std::string json_text(const nlohmann::json& value, int indent) { return value.dump(indent); }
-
-std::string json_text_replacing(const nlohmann::json& value, int indent) {
+std::string json_text(const nlohmann::json& value, int indent) {
   return value.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

@@ -112,7 +112,7 @@ std::vector<HandheldFrame> background_frames(const Search& search) {
     frame.frame = pictures.frames[i];
     frame.grey = &pictures.grey[i], frame.person = pictures.person_at(i);
     frame.held_out = search.options.held_out.contains(frame.frame);
-    frame.time_s = search.motion.seconds * frame.frame / std::max(1, pictures.frames.back());
+    frame.time_s = search.motion.frames[i].time_s;
     frame.shot = span_of(search.options.shots, frame.frame);
   }
   return frames;

@@ -46,7 +46,7 @@ std::string motion_inputs(const std::string& video_hash, const AlignOptions& opt
 Result<void> keep_motion(const fs::path& folder, const std::string& inputs, const BackgroundMotion& motion) {
   nlohmann::json frames = nlohmann::json::array(), rests = nlohmann::json::array();
   for (const FrameMotion& f : motion.frames)
-    frames.push_back({f.frame, f.path, f.travel, f.sharpness, f.x, f.y});
+    frames.push_back({f.frame, f.path, f.travel, f.sharpness, f.x, f.y, f.time_s});
   for (const RestStretch& rest : motion.rests) rests.push_back({rest.first, rest.last});
   const nlohmann::json document = {
       {"inputs", inputs},        {"width_px", motion.width},  {"height_px", motion.height},
@@ -71,7 +71,8 @@ std::optional<BackgroundMotion> kept_motion(const fs::path& folder, const std::s
     motion.stride = document.at("stride").get<int>();
     for (const nlohmann::json& f : document.at("frames"))
       motion.frames.push_back({f.at(0).get<int>(), f.at(1).get<double>(), f.at(2).get<double>(),
-                               f.at(3).get<double>(), f.at(4).get<double>(), f.at(5).get<double>()});
+                               f.at(3).get<double>(), f.at(4).get<double>(), f.at(5).get<double>(),
+                               f.at(6).get<double>()});
     for (const nlohmann::json& rest : document.at("rests"))
       motion.rests.push_back({rest.at(0).get<int>(), rest.at(1).get<int>()});
     if (motion.frames.empty() || motion.width <= 0 || motion.height <= 0 || motion.stride <= 0)

@@ -261,7 +261,7 @@ struct MotionMeter::State {
     entry.travel = travel.add(small, background) * 1000 / size.width;
     entry.x = travel.place().x * 1000 / size.width;
     entry.y = travel.place().y * 1000 / size.width;
-    last_time = frame.time_s;
+    last_time = entry.time_s = frame.time_s;
   }
 
   std::filesystem::path video;

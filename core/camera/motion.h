@@ -29,6 +29,7 @@ struct FrameMotion {
   double travel = 0;     // the same without the shaking of a hand: only ways of 2 % of the width count
   double sharpness = 0;  // variance of the Laplacian outside the person
   double x = 0, y = 0;   // where the background is, against its start, 1/1000 of the width
+  double time_s = 0;
 };
 
 struct BackgroundMotion {
@@ -41,7 +42,8 @@ struct BackgroundMotion {
   std::vector<RestStretch> rests;   // at least a second long each
 };
 
-// The same frames small and grey, and where the person is in them: what a hand-held camera is solved on.
+// The same frames, one for one, small and grey, and where the person is in them: what a hand-held camera is
+// solved on.
 struct BackgroundPictures {
   std::vector<int> frames;
   std::vector<Image8> grey;  // one for each of the frames, all of one size

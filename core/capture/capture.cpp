@@ -11,6 +11,7 @@
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
+#include "core/base/path_text.h"
 #include "core/capture/split.h"
 
 namespace likeness {
@@ -89,7 +90,7 @@ ClipSeconds seconds_from_json(const json& j) {
 
 Capture capture_from_json(const json& j) {
   Capture c;
-  c.video = j.at("video").get<std::string>();
+  c.video = path_of_text(j.at("video").get<std::string>());
   c.video_hash = j.at("video_hash").get<std::string>();
   c.width = j.at("width_px").get<int>();
   c.height = j.at("height_px").get<int>();
@@ -144,6 +145,12 @@ std::string contradiction(const Capture& c) {
 double angle_deg(const HeadView& view) {
   constexpr double kDegree = std::numbers::pi / 180;
   return std::acos(std::cos(kDegree * view.yaw_deg) * std::cos(kDegree * view.pitch_deg)) / kDegree;
+}
+
+double time_of_frame(const Capture& capture, int frame) {
+  const auto at = std::ranges::lower_bound(capture.frames, frame, {}, &CaptureFrame::frame);
+  if (at != capture.frames.end() && at->frame == frame) return at->time_s;
+  return frame / std::max(1.0, capture.frames_per_second);
 }
 
 std::set<int> held_out_frames(const Capture& capture) {
@@ -209,6 +216,10 @@ std::filesystem::path frame_name(int frame) {
   return std::filesystem::path("frames") / fmt::format("{:06}.png", frame);
 }
 
+std::filesystem::path alpha_name(int frame) {
+  return std::filesystem::path("frames") / fmt::format("{:06}.alpha.png", frame);
+}
+
 Result<void> write_capture(const std::filesystem::path& path, const Capture& capture) {
   json frames = json::array();
   for (const CaptureFrame& frame : capture.frames) frames.push_back(to_json(frame));
@@ -217,7 +228,7 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
   json document = {
       {"format", kFormat},
       {"version", kVersion},
-      {"video", capture.video.string()},
+      {"video", text_of_path(capture.video)},
       {"video_hash", capture.video_hash},
       {"width_px", capture.width},
       {"height_px", capture.height},
@@ -235,7 +246,7 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
   if (!capture.film.empty()) document["film"] = to_json(capture.film);
   if (!capture.inside.empty()) document["inside"] = to_json(capture.inside);
   // A file name need not be valid UTF-8; the odd byte is replaced rather than refused.
-  return write_text(path, json_text_replacing(document, 1) + "\n");
+  return write_text(path, json_text(document, 1) + "\n");
 }
 
 Result<Capture> read_capture(const std::filesystem::path& path) {

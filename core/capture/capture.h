@@ -76,6 +76,8 @@ struct Capture {
   std::vector<ClipShot> shots{};
 };
 
+// Of a frame that was read; of another what the mean rate makes of its number.
+double time_of_frame(const Capture& capture, int frame);
 // Those that measure.
 std::set<int> held_out_frames(const Capture& capture);
 // Those and the ones kept apart: what stages must not learn from for other frames.
@@ -99,6 +101,9 @@ Result<Capture> read_capture(const std::filesystem::path& path);
 
 // frames/000123.png
 std::filesystem::path frame_name(int frame);
+// frames/000123.alpha.png: one channel, the mask that the source itself brings; only of pictures that have
+// one.
+std::filesystem::path alpha_name(int frame);
 
 struct ImportOptions {
   int size = 256;         // 256, 512 or 1024 px

@@ -186,7 +186,7 @@ std::vector<std::vector<std::size_t>> places_of(const SketchedFilm& film, const 
     for (std::size_t k = 0; k < place.size(); ++k)
       for (std::size_t j = 0; j < shots.size(); ++j) {
         const std::size_t i = place[k];
-        if (!open[j]) continue;
+        if (!open[j] || film.of(shots[i]).front().shape != film.of(shots[j]).front().shape) continue;
         const bool neighbours = j == i + 1 || i == j + 1;
         if (!same_place(whole[i], whole[j]) && !(neighbours && meet(std::min(i, j), std::max(i, j))))
           continue;

@@ -166,7 +166,10 @@ std::vector<std::uint8_t> sharp_cuts(Sketches film) {
   parallel_for(film.size(), [&](std::size_t i) { found[i] = stands_out(film, i) >= 1; });
   std::vector<std::uint8_t> cuts = found;
   for (std::size_t i = 1; i < film.size(); ++i)
-    if (found[i] && is_flash(film, found, i)) cuts[i] = 0;
+    if (film[i].shape != film[i - 1].shape)
+      cuts[i] = 1;
+    else if (found[i] && is_flash(film, found, i))
+      cuts[i] = 0;
   return cuts;
 }
 

@@ -7,6 +7,8 @@
 // shown twice. In a dissolve every picture is a mixture of the one before and the one after it, in which
 // nothing moves between the two.
 //
+// Where the picture changes its shape there is a cut, too, whatever it shows.
+//
 // A jump no larger than the motions around it is not told from them.
 #pragma once
 

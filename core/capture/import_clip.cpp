@@ -25,6 +25,7 @@
 #include "core/capture/split.h"
 #include "core/image/files.h"
 #include "core/video/decode.h"
+#include "core/video/photos.h"
 
 namespace likeness {
 namespace {
@@ -74,14 +75,16 @@ Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const std::vector<
                                scan.frames.size(), kFewestFrames),
                    "Choose a longer stretch of it.");
   if (scan.frames.size() < kFewestFrames) {
-    return is_photos(video) ? refused(ErrorCode::bad_input, video,
-                                      fmt::format("The folder has {} photographs; at least {} are needed.",
-                                                  scan.frames.size(), kFewestFrames),
-                                      "Take more: from different sides, with different expressions.")
-                            : refused(ErrorCode::bad_input, video,
-                                      fmt::format("The video has {} frames; at least {} are needed.",
-                                                  scan.frames.size(), kFewestFrames),
-                                      "Film for about a minute, turning the head and making expressions.");
+    const std::string unread = is_photos(video) ? unread_pictures(video) : "";
+    return is_photos(video)
+               ? refused(ErrorCode::bad_input, video,
+                         fmt::format("The folder has {} photographs; at least {} are needed.{}{}",
+                                     scan.frames.size(), kFewestFrames, unread.empty() ? "" : " ", unread),
+                         "Take more: from different sides, with different expressions.")
+               : refused(ErrorCode::bad_input, video,
+                         fmt::format("The video has {} frames; at least {} are needed.", scan.frames.size(),
+                                     kFewestFrames),
+                         "Film for about a minute, turning the head and making expressions.");
   }
   std::vector<FaceBox> faces;
   std::size_t crowded = 0;
@@ -166,10 +169,12 @@ class FrameWriter {
     const CaptureFrame& wanted = capture_.frames[count_];
     const SquareCrop& c = capture_.crop;
     const PixelRect& film = capture_.film;
-    if (wanted.used || wanted.held_out)
-      batch_.push_back({frame.index, film.empty() ? crop(frame.rgb, c.x, c.y, c.side, c.side)
-                                                  : crop(crop(frame.rgb, film), c.x - film.x, c.y - film.y,
-                                                         c.side, c.side)});
+    const auto cut = [&](const Image8& picture) {
+      if (picture.empty()) return Image8();
+      return film.empty() ? crop(picture, c.x, c.y, c.side, c.side)
+                          : crop(crop(picture, film), c.x - film.x, c.y - film.y, c.side, c.side);
+    };
+    if (wanted.used || wanted.held_out) batch_.push_back({frame.index, cut(frame.rgb), cut(frame.alpha)});
     if (batch_.size() == kBatch) {
       if (auto flushed = flush(); !flushed) return flushed;
     }
@@ -183,7 +188,7 @@ class FrameWriter {
  private:
   struct Waiting {
     int frame = 0;
-    Image8 picture;  // the crop, at the source's size
+    Image8 picture, alpha;  // the crop, at the source's size; no alpha: empty
   };
 
   Result<void> changed() const {
@@ -196,6 +201,10 @@ class FrameWriter {
       Image8 picture = resize(batch_[i].picture, capture_.size, capture_.size);
       fill_outside(picture, capture_.inside, kUnfilmed);
       results[i] = write_image(folder_ / frame_name(batch_[i].frame).filename(), picture, {.png_level = 1});
+      if (!results[i] || batch_[i].alpha.empty()) return;
+      Image8 alpha = resize(batch_[i].alpha, capture_.size, capture_.size);
+      fill_outside(alpha, capture_.inside, 0);
+      results[i] = write_image(folder_ / alpha_name(batch_[i].frame).filename(), alpha, {.png_level = 1});
     });
     batch_.clear();
     for (auto& result : results) {
@@ -442,6 +451,13 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   }
   auto capture = make_capture(video, *scan, std::move(cut), reader->info(), options);
   if (!capture) return capture.error();
+  if (is_photos(video))
+    if (std::string unread = unread_pictures(video); !unread.empty()) capture->warnings.push_back(unread);
+  if (reader->changed_shape())
+    capture->warnings.push_back(
+        "The picture changes its shape in the middle of the video, as where a phone is turned or a call "
+        "becomes "
+        "narrower: it is cut there.");
   if (reader->was_interlaced())
     capture->warnings.push_back(
         "The video is interlaced: half of the lines of what moves had to be made from the others. Set the "

@@ -120,6 +120,7 @@ FilmSketcher::FilmSketcher(const VideoInfo& info) {
 
 void FilmSketcher::add(const VideoFrame& frame, const std::optional<FaceBox>& face) {
   FrameSketch sketch{frame.index, frame.time_s, resize(frame.rgb, width_, height_)};
+  sketch.shape = frame.shape;
   const bool follows =
       !before_.empty() && before_.width == frame.rgb.width && before_.height == frame.rgb.height;
   if (face) {

@@ -25,6 +25,7 @@ struct FrameSketch {
   // The same of head and hair, in px of a picture of them of 48 px; empty where no face is known yet.
   CellChange head{};
   std::optional<FaceBox> face{};  // where it was last found, px of the sketch
+  int shape = 0;                  // of the picture (core/video/decode.h)
 };
 
 // Where a person whose face is known may be: head and hair with all below them, shoulders with all below

@@ -125,6 +125,7 @@ std::string mask_sentence(const MaskFacts& facts) {
   if (facts.prior == MaskPrior::none)
     return "The person network is not used, so the mask follows the tracked head and colours alone: look "
            "whether hair and clothes are cut out whole.";
+  if (facts.prior == MaskPrior::clip) return "The clip brings its own mask of the person.";
   const char* name = facts.prior == MaskPrior::person_network ? "The person network" : "The matting network";
   if (facts.frames == 0) return fmt::format("{} is there and will say who is the person.", name);
   const double share = double(facts.used) / facts.frames;

@@ -25,7 +25,7 @@ std::vector<HandheldFrame> frames_of(const BackgroundMotion& motion, const Backg
     HandheldFrame& frame = frames.emplace_back();
     frame.frame = pictures.frames[i];
     frame.grey = &pictures.grey[i], frame.person = pictures.person_at(i);
-    frame.time_s = motion.seconds * frame.frame / std::max(1, pictures.frames.back());
+    frame.time_s = motion.frames[i].time_s;
   }
   return frames;
 }

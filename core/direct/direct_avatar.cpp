@@ -165,9 +165,7 @@ Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performa
 }
 
 Performance performance_of(const DrivenClip& clip, const DirectedAvatar& directed) {
-  std::vector<DrivenFrame> frames = clip.frames;  // pictures of varying duration count as having the mean
-  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].time_s = double(i) / clip.frames_per_second;
-  Performance performance = performance_of(frames, clip.frames_per_second, directed);
+  Performance performance = performance_of(clip.frames, clip.frames_per_second, directed);
   for (std::size_t a = 0; a < clip.attributes.size(); ++a)
     if (clip.attributes[a] != 0)
       performance.channels[action_channel(directed.avatar->attributes[a].name)] = {

@@ -48,7 +48,7 @@ Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performa
 // What a clip made the avatar do, as dense keys that can be edited: one per frame, linear, for every channel
 // that is ever away from rest. The torso's lag and what an eye does by itself are left out.
 Performance performance_of(const DrivenClip& clip, const DirectedAvatar& directed);
-// The same for frames with times of their own, as a camera delivered them; counted from the first.
+// The same for frames as a camera delivered them. Times count from the first.
 Performance performance_of(std::span<const DrivenFrame> frames, double frames_per_second,
                            const DirectedAvatar& directed);
 

@@ -54,8 +54,8 @@ Easing easing(const json& key, const std::string& where) {
   const json& value = field(key, "easing", where);
   for (std::size_t i = 0; i < std::size(kEasings); ++i)
     if (value == kEasings[i]) return Easing(i);
-  throw Wrong{where + "easing", fmt::format("is {}, not one of linear, smooth, hold, ease_in, ease_out",
-                                            json_text_replacing(value))};
+  throw Wrong{where + "easing",
+              fmt::format("is {}, not one of linear, smooth, hold, ease_in, ease_out", json_text(value))};
 }
 
 std::vector<Key> read_keys(const json& list, const std::string& channel) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 #include <utility>
 
@@ -49,15 +50,24 @@ std::vector<std::span<const TrackedFrame>> driven_shots(const Track& track) {
 }
 
 // Each curve filtered by a binomial window of five frames (weights 1 4 6 4 1), which has no lag; the ends are
-// held.
-std::vector<Eigen::VectorXf> without_tremor(const std::vector<Eigen::VectorXf>& courses) {
+// held, and so are those of a pause: a phone may drop the frames of seconds.
+std::vector<Eigen::VectorXf> without_tremor(const std::vector<Eigen::VectorXf>& courses,
+                                            std::span<const TrackedFrame> frames) {
+  constexpr double kPause_s = 0.25;
+  const auto at = [&](std::size_t i) { return frames[i].time_s; };
   constexpr std::array kWeights{1.0f, 4.0f, 6.0f, 4.0f, 1.0f};
   const int n = int(courses.size());
   std::vector<Eigen::VectorXf> steady(courses.size());
   for (int i = 0; i < n; ++i) {
     Eigen::VectorXf sum = Eigen::VectorXf::Zero(courses[std::size_t(i)].size());
+    const auto neighbour = [&](int side, int away) {
+      int j = i;
+      for (; away > 0 && j + side >= 0 && j + side < n; --away, j += side)
+        if (std::abs(at(std::size_t(j + side)) - at(std::size_t(j))) > kPause_s) break;
+      return std::size_t(j);
+    };
     for (int k = 0; k < 5; ++k)
-      sum += kWeights[std::size_t(k)] * courses[std::size_t(std::clamp(i + k - 2, 0, n - 1))];
+      sum += kWeights[std::size_t(k)] * courses[neighbour(k < 2 ? -1 : 1, std::abs(k - 2))];
     steady[std::size_t(i)] = sum / 16;
   }
   return steady;
@@ -104,7 +114,7 @@ void drive_shot(std::span<const TrackedFrame> frames, const DriveSubject& driver
   }
   std::vector<Eigen::VectorXf> amounts;
   for (const DriverMotion& motion : motions) amounts.push_back(face.amounts(motion));
-  const std::vector<Eigen::VectorXf> steady = without_tremor(amounts);
+  const std::vector<Eigen::VectorXf> steady = without_tremor(amounts, frames);
   HeadMap head(driver, avatar, options);
   for (std::size_t i = 0; i < motions.size(); ++i) {
     DrivenFrame& frame = driven.emplace_back();

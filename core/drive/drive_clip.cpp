@@ -8,6 +8,8 @@
 #include <system_error>
 
 #include "core/base/files.h"
+#include "core/base/path_text.h"
+#include "core/base/quantile.h"
 #include "core/camera/clip_camera.h"
 #include "core/capture/choose_crop.h"
 #include "core/capture/choose_shots.h"
@@ -30,16 +32,18 @@ constexpr int kWholePicture = 640;  // px; larger pictures are cropped to head a
 // Where the driver is, and the shots of the film: no pose is carried over a cut, but all of them are tracked.
 struct DriverPlace {
   TrackRegion region;
-  std::vector<FrameSpan> shots;  // empty: one
+  std::vector<FrameSpan> shots = {};  // empty: one
+  bool changed_shape = false;         // in the middle of the film
 };
 
 Result<DriverPlace> find_driver(const fs::path& video, const PixelRect& film, const fs::path& landmark_model,
                                 const Progress& progress, std::stop_token stop) {
-  DriverPlace place{{film.x, film.y, film.width, film.height}, {}};
+  DriverPlace place{{film.x, film.y, film.width, film.height}};
   const auto detector = FaceDetector::load(landmark_model);
   if (!detector) return detector.error();
   const auto scan = scan_clip(video, *detector, {}, film, progress, stop);
   if (!scan) return scan.error();
+  place.changed_shape = std::ranges::any_of(scan->film, [](const FrameSketch& f) { return f.shape > 0; });
   std::error_code ignored;
   if (!fs::is_directory(video, ignored)) place.shots = every_shot(*scan);
   if (std::max(film.width, film.height) <= kWholePicture) return place;
@@ -57,7 +61,8 @@ Result<DriverPlace> find_driver(const fs::path& video, const PixelRect& film, co
 }
 
 Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, const HeadModel& model,
-                           const Progress& progress, std::stop_token stop) {
+                           std::vector<std::string>& warnings, const Progress& progress,
+                           std::stop_token stop) {
   if (path_exists(request.track)) {
     auto track = read_track(request.track);
     if (!track) return track.error();
@@ -67,8 +72,9 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
                    request.track.string()};
     }
     const auto last = std::ranges::max_element(track->frames, {}, &TrackedFrame::frame);
-    // The container only declares how many frames there are.
-    if (last != track->frames.end() && info.frame_count > 0 && last->frame > info.frame_count * 1.05 + 5)
+    // The container only declares how many frames there are, or it is a guess by its length and rate.
+    if (last != track->frames.end() && info.frame_count > 0 && last->frame > info.frame_count * 1.05 + 5 &&
+        last->time_s > info.duration_s * 1.05)
       return Error{ErrorCode::bad_input,
                    fmt::format("The track has a frame {}, but {} has only about {}.", last->frame,
                                request.video.filename().string(), info.frame_count),
@@ -81,6 +87,11 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
   const auto place = find_driver(request.video, filmed, request.landmark_model,
                                  progress.stage(0.03, 0.15, "looking for the face"), stop);
   if (!place) return place.error();
+  if (place->changed_shape)
+    warnings.push_back(
+        "The picture changes its shape in the middle of the clip, as where a phone is turned or a call "
+        "becomes narrower: "
+        "the driver is tracked anew there.");
   TrackOptions options;
   options.shots = place->shots;
   options.predictor = request.landmark_model;
@@ -88,11 +99,19 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
   auto track = track_clip(request.video, place->region, assumed_camera(info, *film), {}, model, options,
                           progress.stage(0.15, 1, "tracking the driver"), stop);
   if (!track) return track.error();
-  track->head_model_file = request.head_model.string();
+  track->head_model_file = text_of_path(request.head_model);
   if (!request.track.empty()) {
     if (const auto written = write_track(request.track, *track); !written) return written.error();
   }
   return track;
+}
+
+// By the median of the steps: a pause does not slow down the rest.
+double usual_rate(std::span<const DrivenFrame> frames, double otherwise) {
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < frames.size(); ++i)
+    if (frames[i].time_s > frames[i - 1].time_s) steps_s.push_back(frames[i].time_s - frames[i - 1].time_s);
+  return steps_s.empty() ? otherwise : std::clamp(std::round(1000 / median(steps_s)) / 1000, 1.0, 240.0);
 }
 
 // The requested amounts, in the avatar's order.
@@ -131,21 +150,37 @@ Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& re
     other = std::move(*model);
   }
   const HeadModel& model = request.head_model.empty() ? opened.model : other;
-  auto track = driver_track(request, *info, model, progress, stop);
+  std::vector<std::string> warnings;
+  auto track = driver_track(request, *info, model, warnings, progress, stop);
   if (!track) return track.error();
   const auto driver = subject_from_track(*track, model);
   if (!driver) return driver.error();
   const DriveSubject avatar = avatar_subject(opened.avatar, opened.model);
   auto frames = drive(*track, *driver, avatar, request.options);
   if (!frames) return frames.error();
-  DrivenClip clip{std::move(*track), std::move(*frames), {}, 25, std::move(*held)};
+  DrivenClip clip{std::move(*track), std::move(*frames), {}, 25, std::move(*held), std::move(warnings)};
   const std::vector<float> gains = drive_gains(*driver, avatar, request.options);
   for (std::size_t a = 0; a < gains.size(); ++a)
     if (gains[a] != 1) clip.gains.emplace_back(opened.model.actions[a].name, gains[a]);
   // A project's track may have only some of the frames.
   const double rate = info->frames_per_second / std::max(1, frame_spacing(clip.track.frames));
   if (rate > 0) clip.frames_per_second = std::clamp(rate, 1.0, 240.0);
+  if (!is_steady(clip)) clip.frames_per_second = usual_rate(clip.frames, clip.frames_per_second);
   return clip;
+}
+
+bool is_steady(const DrivenClip& clip) {
+  constexpr double kRounding_s = 2e-3;  // Matroska counts milliseconds
+  const std::vector<double> times_s = times_of(clip.frames);
+  for (std::size_t i = 0; i < times_s.size(); ++i)
+    if (std::abs(times_s[i] - double(i) / clip.frames_per_second) > kRounding_s) return false;
+  return true;
+}
+
+std::vector<double> times_of(std::span<const DrivenFrame> frames) {
+  std::vector<double> times_s;
+  for (const DrivenFrame& frame : frames) times_s.push_back(frame.time_s - frames.front().time_s);
+  return times_s;
 }
 
 Result<void> check_out(const DriveRequest& request, const std::filesystem::path& out) {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "core/base/progress.h"
@@ -27,17 +29,24 @@ struct DrivenClip {
   Track track;
   std::vector<DrivenFrame> frames;
   std::vector<std::pair<std::string, float>> gains;  // calibrated and requested ones that are not 1
-  double frames_per_second = 25;
-  std::vector<float> attributes;  // amounts, in the avatar's order
+  double frames_per_second = 25;                     // of the clip; where that varies, of most of its frames
+  std::vector<float> attributes;                     // amounts, in the avatar's order
+  std::vector<std::string> warnings = {};            // about the clip, in sentences
 };
 
-// Tracks the clip and carries its performance over. Pictures of varying duration (phones) become as many
-// frames of the mean duration.
+// Tracks the clip and carries its performance over. Frames keep their times, which many phones space
+// unevenly.
 Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& request,
                               const Progress& progress, std::stop_token stop);
 
 // Checks that `out` is not a file that the request reads, or writes for another purpose.
 Result<void> check_out(const DriveRequest& request, const std::filesystem::path& out);
+
+// Whether the frames follow each other at frames_per_second, but for a container's rounding.
+bool is_steady(const DrivenClip& clip);
+
+// Since the first.
+std::vector<double> times_of(std::span<const DrivenFrame> frames);
 
 std::vector<AvatarPose> film_poses(const DrivenClip& clip);
 

@@ -76,10 +76,10 @@ std::vector<Vec3f> difference(const std::vector<Vec3f>& a, const std::vector<Vec
 }
 
 // Frame i shows target i - 1 alone, frame 0 none.
-json animation(Arrays& arrays, std::size_t frames, double frames_per_second) {
+json animation(Arrays& arrays, std::size_t frames, std::span<const double> times_s) {
   std::vector<float> times, weights(frames * (frames - 1), 0.0f);
   for (std::size_t i = 0; i < frames; ++i) {
-    times.push_back(float(double(i) / frames_per_second));
+    times.push_back(float(times_s[i]));
     if (i > 0) weights[i * (frames - 1) + i - 1] = 1;
   }
   const int input = arrays.add(times.data(), times.size(), 1, true, 0);
@@ -104,9 +104,9 @@ void append_chunk(std::vector<std::byte>& file, std::uint32_t type, std::span<co
 }  // namespace
 
 Result<void> write_glb(const std::filesystem::path& path, std::span<const HeadMesh> frames,
-                       double frames_per_second, const Provenance& provenance) {
-  LIKENESS_CHECK(!frames.empty() && frames_per_second > 0, "%d frames at %g a second", int(frames.size()),
-                 frames_per_second);
+                       std::span<const double> times_s, const Provenance& provenance) {
+  LIKENESS_CHECK(!frames.empty() && times_s.size() >= frames.size(), "%d frames with %d times",
+                 int(frames.size()), int(times_s.size()));
   const HeadMesh& first = frames.front();
   Arrays arrays;
   json attributes = {{"POSITION", arrays.add(first.positions, true)},
@@ -141,7 +141,7 @@ Result<void> write_glb(const std::filesystem::path& path, std::span<const HeadMe
            {"NORMAL", arrays.add(difference(frame.normals, first.normals), false)}});
     }
     mesh["weights"] = std::vector<float>(frames.size() - 1, 0.0f);
-    file["animations"] = json::array({animation(arrays, frames.size(), frames_per_second)});
+    file["animations"] = json::array({animation(arrays, frames.size(), times_s)});
   }
   mesh["primitives"] = json::array({std::move(primitive)});
   file["meshes"] = json::array({std::move(mesh)});

@@ -49,7 +49,7 @@ Result<void> check_head(const std::filesystem::path& out, std::size_t frames) {
 }
 
 Result<int> write_head(const OpenedAvatar& opened, std::span<const AvatarPose> poses,
-                       double frames_per_second, const std::filesystem::path& out,
+                       std::span<const double> times_s, const std::filesystem::path& out,
                        const Provenance& provenance, const Progress& progress, std::stop_token stop) {
   if (const auto fits = check_head(out, poses.size()); !fits) return fits.error();
   std::vector<HeadMesh> meshes;
@@ -60,7 +60,7 @@ Result<int> write_head(const OpenedAvatar& opened, std::span<const AvatarPose> p
     meshes.push_back(head_mesh(opened.avatar, opened.model, pose));
   }
   const auto written = out.extension() == ".ply" ? write_ply(out, meshes.front(), provenance)
-                                                 : write_glb(out, meshes, frames_per_second, provenance);
+                                                 : write_glb(out, meshes, times_s, provenance);
   if (!written) return written.error();
   progress.report(1);
   return int(meshes.size());

@@ -32,9 +32,10 @@ inline constexpr std::size_t kMaxMeshFrames = 500;
 
 // One mesh, or with several the same mesh moving: every frame after the first is a morph target, and an
 // animation goes from one to the next, so that a viewer shows exactly these vertices at the frames' times and
-// straight lines between them. All have the first one's triangles. About 24 bytes a vertex and frame.
+// straight lines between them. times_s: of each frame. All have the first one's triangles. About 24 bytes a
+// vertex and frame.
 Result<void> write_glb(const std::filesystem::path& path, std::span<const HeadMesh> frames,
-                       double frames_per_second, const Provenance& provenance);
+                       std::span<const double> times_s, const Provenance& provenance);
 
 // Binary, little endian.
 Result<void> write_ply(const std::filesystem::path& path, const HeadMesh& mesh, const Provenance& provenance);
@@ -47,7 +48,7 @@ Result<void> check_head(const std::filesystem::path& out, std::size_t frames);
 
 // The poses of an avatar as .glb or, a single one, as .ply. Number of frames written.
 Result<int> write_head(const OpenedAvatar& opened, std::span<const AvatarPose> poses,
-                       double frames_per_second, const std::filesystem::path& out,
+                       std::span<const double> times_s, const std::filesystem::path& out,
                        const Provenance& provenance, const Progress& progress, std::stop_token stop);
 
 }  // namespace likeness

@@ -14,7 +14,7 @@ Provenance provenance(const std::string& project, const std::string& avatar_hash
                       std::chrono::system_clock::time_point made_at) {
   const std::time_t seconds = std::chrono::system_clock::to_time_t(made_at);
   // Through JSON, whose writer replaces what is not UTF-8.
-  const std::string readable = parse_json(json_text_replacing(nlohmann::json(project)));
+  const std::string readable = parse_json(json_text(nlohmann::json(project)));
   return {"Likeness " LIKENESS_VERSION, readable, avatar_hash,
           fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(seconds))};
 }

@@ -7,8 +7,10 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <system_error>
 
+#include "core/base/files.h"
 #include "core/export/mark.h"
 #include "core/image/files.h"
 #include "core/render/pose_avatar.h"
@@ -146,33 +148,48 @@ class FrameSink {
     FrameSink sink;
     sink.out_ = options.out;
     sink.picture_.texts = png_provenance(provenance);
+    sink.timed_ = !options.times_s.empty();
     if (options.out.extension() == ".mp4") {
-      auto writer = VideoWriter::create(
-          options.out, width, height,
-          {.frames_per_second = options.frames_per_second, .tags = mp4_provenance(provenance)});
+      auto writer = VideoWriter::create(options.out, width, height,
+                                        {.frames_per_second = options.frames_per_second,
+                                         .timed = !options.times_s.empty(),
+                                         .tags = mp4_provenance(provenance)});
       if (!writer) return writer.error();
       sink.video_.emplace(std::move(*writer));
     }
     return sink;
   }
-  Result<void> add(const Image8& picture, std::size_t index) {
-    if (video_) return video_->add(picture);
+  Result<void> add(const Image8& picture, std::size_t index, double time_s) {
+    if (video_) return timed_ ? video_->add(picture, time_s) : video_->add(picture);
     if (out_.extension() == ".png") return write_image(out_, picture, picture_);
     const fs::path name = out_ / fmt::format("{:06}.png", index);
     auto written = write_image(name, picture, picture_);
-    if (written) pictures_.push_back(name);
+    if (written) pictures_.push_back(name), times_s_.push_back(time_s);
     return written;
   }
   Result<void> finish() {
+    if (timed_ && !pictures_.empty())
+      if (auto listed = list_pictures(); !listed) return listed;
     pictures_.clear();
     return video_ ? video_->finish() : Result<void>{};
   }
 
  private:
+  Result<void> list_pictures() const {
+    std::string list = "ffconcat version 1.0\n";
+    for (std::size_t i = 0; i < pictures_.size(); ++i) {
+      list += fmt::format("file {}\n", pictures_[i].filename().string());
+      if (i + 1 < pictures_.size()) list += fmt::format("duration {:.6f}\n", times_s_[i + 1] - times_s_[i]);
+    }
+    return write_file(out_ / "pictures.ffconcat", std::as_bytes(std::span(list)));
+  }
+
   fs::path out_;
+  bool timed_ = false;
   ImageWriteOptions picture_;
   std::optional<VideoWriter> video_;
   std::vector<fs::path> pictures_;  // of an unfinished sequence
+  std::vector<double> times_s_;     // of them
 };
 
 // Alpha straight on disk, premultiplied inside.
@@ -204,6 +221,10 @@ Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::
   const fs::path absolute = fs::absolute(opened.project.folder, failure).lexically_normal();
   const fs::path folder = absolute.has_filename() ? absolute : absolute.parent_path();
   return provenance(folder.stem().string(), opened.avatar_hash, made_at);
+}
+
+double frame_time_s(const FilmOptions& options, std::size_t frame) {
+  return options.times_s.empty() ? double(frame) / options.frames_per_second : options.times_s.at(frame);
 }
 
 Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::size_t frames,
@@ -283,7 +304,7 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
       if (!left) return left.error();
       shown = side_by_side(*left, shown);
     }
-    if (const auto added = sink->add(shown, i); !added) return added.error();
+    if (const auto added = sink->add(shown, i, frame_time_s(options, i)); !added) return added.error();
   }
   if (const auto finished = sink->finish(); !finished) return finished.error();
   progress.report(1);

@@ -38,16 +38,20 @@ struct FilmOptions {
   std::chrono::system_clock::time_point made_at =
       std::chrono::system_clock::now();  // as recorded in the file
   double frames_per_second = 25;
+  std::vector<double> times_s = {};  // of the frames, the first one's 0; empty: the steady rate's
   int beside_width = 0;  // px; > 0: `beside` gives a picture of this width for the left of every frame
   std::function<Result<Image8>(std::size_t frame)> beside;
 };
+
+double frame_time_s(const FilmOptions& options, std::size_t frame);
 
 // What is wrong with these options for this avatar, if anything; cheap, so that it can be reported before
 // long work.
 Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
                         const FilmOptions& options);
 
-// Number of frames written.
+// Number of frames written. A folder of pictures that stand at times of their own has a list of them,
+// pictures.ffconcat, too: ffmpeg -f concat reads it.
 Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
                        const Progress& progress, std::stop_token stop);
 

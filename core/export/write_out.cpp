@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "core/direct/direct_avatar.h"
 #include "core/export/head_mesh.h"
@@ -67,11 +68,12 @@ Result<void> check_keys(const FilmOptions& options, bool side_by_side, const Dri
 }
 
 // A film's cameras: those of the view, or the typical one throughout.
-Result<std::vector<Camera>> view_cameras(const DrivenView& view, const Avatar& avatar, std::size_t frames) {
-  if (!view.cameras) return std::vector<Camera>(frames, typical_camera(avatar));
-  auto cameras = view.cameras(frames);
+Result<std::vector<Camera>> view_cameras(const DrivenView& view, const Avatar& avatar,
+                                         std::span<const double> times_s) {
+  if (!view.cameras) return std::vector<Camera>(times_s.size(), typical_camera(avatar));
+  auto cameras = view.cameras(times_s);
   if (!cameras) return cameras.error();
-  cameras->resize(std::min(cameras->size(), frames));
+  cameras->resize(std::min(cameras->size(), times_s.size()));
   return cameras;
 }
 
@@ -121,8 +123,10 @@ Result<int> write_posed(const OpenedAvatar& opened, const Film& film, const Film
   const Intrinsics& picture = film.cameras.front().intrinsics;
   if (const auto fine = check_output(opened.avatar, picture, film.poses.size(), options); !fine)
     return fine.error();
-  return write_head(opened, film.poses, options.frames_per_second, options.out,
-                    provenance_of(opened, options.made_at), progress, stop);
+  std::vector<double> times_s;
+  for (std::size_t i = 0; i < film.poses.size(); ++i) times_s.push_back(frame_time_s(options, i));
+  return write_head(opened, film.poses, times_s, options.out, provenance_of(opened, options.made_at),
+                    progress, stop);
 }
 
 Result<int> write_performed(const OpenedAvatar& opened, const Performance& performance, FilmOptions options,
@@ -153,7 +157,8 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
   if (to_keys) {
     if (const auto fine = check_keys(options, side_by_side, view); !fine) return fine.error();
   } else {
-    const auto ahead = view_cameras(view, opened.avatar, expected);
+    const auto ahead =
+        view_cameras(view, opened.avatar, steady_times(int(expected), info->frames_per_second));
     if (!ahead) return ahead.error();
     if (const auto fine = check_output(opened.avatar, ahead->front().intrinsics, ahead->size(), options);
         !fine)
@@ -167,6 +172,7 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
   DrivenOutput output;
   output.frames_per_second = clip->frames_per_second;
   output.gains = clip->gains;
+  output.warnings = clip->warnings;
   for (const DrivenFrame& frame : clip->frames) output.bridged += frame.bridged;
   if (to_keys) {
     const auto written = write_keys(opened, *clip, options);
@@ -175,13 +181,14 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
     output.sound.why_not = "a performance holds no sound";
     return output;
   }
-  auto cameras = view_cameras(view, opened.avatar, clip->frames.size());
+  auto cameras = view_cameras(view, opened.avatar, times_of(clip->frames));
   if (!cameras) return cameras.error();
   Film film{.cameras = std::move(*cameras), .poses = film_poses(*clip)};
   film.poses.resize(film.cameras.size());
   if (const auto& holds = opened.avatar.holds)
     output.beyond = beyond_holds(*holds, opened.avatar, opened.model, film);
   options.frames_per_second = clip->frames_per_second;
+  if (!is_steady(*clip)) options.times_s = times_of(clip->frames);
   if (side_by_side) {
     const Intrinsics& k = film.cameras.front().intrinsics;
     const int height =
@@ -194,7 +201,7 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
   output.frames = *frames;
   output.sound.why_not = is_mesh_name(options.out) ? "a mesh holds no sound" : "pictures hold no sound";
   if (options.out.extension() == ".mp4") {
-    auto sound = copy_sound(request.video, options.out);
+    auto sound = copy_sound(request.video, options.out, clip->frames.front().time_s);
     if (!sound) return sound.error();
     output.sound = std::move(*sound);
   }

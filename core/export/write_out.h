@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <utility>
 #include <vector>
@@ -42,19 +43,21 @@ struct DrivenOutput {
   double frames_per_second = 25;
   CopiedSound sound;
   std::vector<std::pair<std::string, float>> gains;  // that are not 1
+  std::vector<std::string> warnings;                 // about the clip, in sentences
   BeyondHolds beyond;  // of the film, what its avatar does not hold; empty, too, where that is not known
 };
 
 // Where a driven avatar is seen from, and how it holds its head.
 struct DrivenView {
-  // For so many frames; a film of fewer cameras ends with them. Empty: the typical camera throughout.
-  std::function<Result<std::vector<Camera>>(std::size_t frames)> cameras;
+  // For frames at these times; a film of fewer cameras ends with them. Empty: the typical camera throughout.
+  std::function<Result<std::vector<Camera>>(std::span<const double> times_s)> cameras;
   // Yaw, pitch and roll of the head as in turned_head, rad: it stays so, and the face alone is driven.
   std::optional<std::array<double, 3>> turn;
 };
 
 // What the driver does in a clip: an mp4 with the clip's sound, pictures, a mesh, or (.json) the performance
-// as keys. The frame rate is the clip's. side_by_side: the driver on the left of every picture.
+// as keys. Every frame has its time in the clip, counted from the first that is driven. side_by_side: the
+// driver on the left of every picture.
 Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest& request,
                                   FilmOptions options, bool side_by_side, const Progress& progress,
                                   std::stop_token stop, const DrivenView& view = {});

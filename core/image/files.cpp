@@ -168,6 +168,8 @@ void add_texts(std::vector<unsigned char>& png,
 
 }  // namespace
 
+bool reads_heif() { return OIIO::get_string_attribute("extension_list").find("heif:") != std::string::npos; }
+
 int image_orientation(const std::filesystem::path& path) {
   try {
     const auto input = OIIO::ImageInput::open(path.string());

@@ -21,6 +21,8 @@ struct ImageWriteOptions {
 // 1, 3 or 4 channels as stored, alpha straight, 16 bit reduced to 8. A truncated picture is refused. An
 // orientation tag is not applied: pixels are as stored in the file, as COLMAP sees them.
 Result<Image8> read_image(const std::filesystem::path& path);
+// HEIF's two, HEIC and AVIF: whether the installed OpenImageIO has their reader.
+bool reads_heif();
 int image_orientation(const std::filesystem::path& path);  // the tag's 1 (upright) to 8; 1 if there is none
 Result<void> write_image(const std::filesystem::path& path, const Image8& image,
                          const ImageWriteOptions& options = {});  // format by extension

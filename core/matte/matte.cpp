@@ -28,7 +28,9 @@ constexpr int kCutSide =
 Result<void> look_back(Stage& stage, const std::vector<Job>& jobs, const Cuts& cuts,
                        const Statistics& statistics, MatteResult& result) {
   MatteReport& report = result.report;
-  report.prior = stage.network          ? MaskPrior::matting_network
+  const bool own = std::ranges::any_of(jobs, &Job::own_mask);
+  report.prior = own                    ? MaskPrior::clip
+                 : stage.network        ? MaskPrior::matting_network
                  : stage.person_network ? MaskPrior::person_network
                                         : MaskPrior::none;
   report.frames = int(jobs.size()), report.prior_frames = cuts.by_prior;

@@ -53,6 +53,19 @@ Result<cv::Mat> read_frame(const Stage& stage, int frame) {
   return picture.cols == stage.size ? picture : reduced(picture, stage.size);
 }
 
+Result<cv::Mat> own_alpha(const Stage& stage, int frame, int size) {
+  std::error_code ignored;
+  const std::filesystem::path path = stage.folder / alpha_name(frame);
+  if (!std::filesystem::exists(path, ignored)) return cv::Mat();
+  const auto alpha = read_image(path);
+  if (!alpha) return alpha.error();
+  if (alpha->channels != 1 || alpha->width != alpha->height)
+    return Error{ErrorCode::bad_input, "The mask that the clip brought does not fit its picture.",
+                 "Run `likeness import` again.", path.string()};
+  const Image8 sized = alpha->width == size ? *alpha : resize(*alpha, size, size);
+  return view(sized).clone();
+}
+
 Result<cv::Mat> network_alpha(const Stage& stage, const cv::Mat& picture) {
   if (!stage.network) return cv::Mat();
   Image8 rgb(picture.cols, picture.rows, 3);
@@ -109,18 +122,20 @@ void mark_rest(const Stage& stage, std::vector<Job>& jobs) {
   const auto same = [](const Job& a, const Job& b) {
     return a.camera->cam_from_world.matrix() == b.camera->cam_from_world.matrix();
   };
+  const auto time_of = [&](const Job& job) { return time_of_frame(stage.capture, job.frame); };
   std::size_t best_begin = 0, best_end = 0;
-  int length = 0;
+  double longest_s = 0;
   for (std::size_t begin = 0; begin < jobs.size();) {
     std::size_t end = begin + 1;
     while (end < jobs.size() && same(jobs[begin], jobs[end])) ++end;
-    const int frames = jobs[end - 1].frame - jobs[begin].frame + 1;
-    if (frames > length) length = frames, best_begin = begin, best_end = end;
+    const double length_s = time_of(jobs[end - 1]) - time_of(jobs[begin]);
+    if (length_s > longest_s) longest_s = length_s, best_begin = begin, best_end = end;
     begin = end;
   }
   const auto trains = std::count_if(jobs.begin() + long(best_begin), jobs.begin() + long(best_end),
                                     [](const Job& job) { return job.trains; });
-  if (length < std::max(8.0, stage.capture.frames_per_second) || trains < 5) return;
+  constexpr double kLeast_s = 0.95;
+  if (longest_s < kLeast_s || trains < 5) return;
   for (std::size_t i = best_begin; i < best_end; ++i) jobs[i].on_plate = true;
 }
 

@@ -47,7 +47,8 @@ struct Job {
   bool trains = false, held_out = false, on_plate = false;
   const TrackedFrame* tracked = nullptr;
   const Camera* camera = nullptr;
-  cv::Mat share;  // 8U, cut_size: of person, as the person network sees it; empty without one
+  cv::Mat share;          // 8U, cut_size: of person, by the clip's own mask or by the network's; else empty
+  bool own_mask = false;  // the clip brought one
 };
 
 // A picture's pixels, which it keeps.
@@ -58,6 +59,8 @@ Intrinsics crop_of(const Stage& stage, const Camera& camera, int size);
 cv::Mat unfilmed(const Stage& stage, int size);
 // Beyond what was filmed, its border is repeated, so that no edge appears there.
 Result<cv::Mat> read_frame(const Stage& stage, int frame);
+// The mask that the clip itself brought (alpha_name), 8U of size x size px; empty without one.
+Result<cv::Mat> own_alpha(const Stage& stage, int frame, int size);
 // The network's alpha for a picture, at its size; empty without a network.
 Result<cv::Mat> network_alpha(const Stage& stage, const cv::Mat& picture);
 

@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<const char*, 3> kPriors{"none", "person_network", "matting_network"};
+constexpr std::array<const char*, 4> kPriors{"none", "person_network", "matting_network", "clip"};
 
 json to_json(const BackgroundFit& fit) {
   return {{"frames", fit.frames},

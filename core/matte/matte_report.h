@@ -12,8 +12,8 @@
 namespace likeness {
 
 // What says where the person is, beside the tracked head and colours.
-enum class MaskPrior { none, person_network, matting_network };
-const char* mask_prior_name(MaskPrior prior);  // as written above
+enum class MaskPrior { none, person_network, matting_network, clip };  // clip: it brought its own
+const char* mask_prior_name(MaskPrior prior);                          // as written above
 
 // How well a picture of the background alone - plate, mosaic or room - shows what frames show of it. Only
 // pixels beside the person, with a margin, count.

@@ -29,7 +29,11 @@ PictureRect filmed_part(const Capture& capture, int size) {
   return {x, y, std::max(1, last(crop.x, capture.width) - x), std::max(1, last(crop.y, capture.height) - y)};
 }
 
-Result<cv::Mat> share_of(const Stage& stage, const Job& job) {
+// own: whether the clip's own mask says it.
+Result<cv::Mat> share_of(const Stage& stage, const Job& job, std::uint8_t& own) {
+  auto alpha = own_alpha(stage, job.frame, stage.cut_size);
+  own = alpha && !alpha->empty();
+  if (!alpha || own || !stage.person_network) return alpha;
   const auto picture = read_frame(stage, job.frame);
   if (!picture) return picture.error();
   const cv::Mat small = reduced(*picture, stage.cut_size);
@@ -43,14 +47,14 @@ Result<cv::Mat> share_of(const Stage& stage, const Job& job) {
 }  // namespace
 
 Result<void> see_persons(const Stage& stage, std::vector<Job>& jobs, const Progress& progress) {
-  if (!stage.person_network) return {};
   std::vector<cv::Mat> seen(jobs.size());
+  std::vector<std::uint8_t> own(jobs.size(), 0);
   std::mutex mutex;
   std::optional<Error> fault;
   std::atomic<std::size_t> done = 0;
   parallel_for(jobs.size(), [&](std::size_t i) {
     if (stage.stop.stop_requested()) return;
-    auto share = share_of(stage, jobs[i]);
+    auto share = share_of(stage, jobs[i], own[i]);
     if (share) {
       seen[i] = std::move(*share);
     } else {
@@ -61,8 +65,11 @@ Result<void> see_persons(const Stage& stage, std::vector<Job>& jobs, const Progr
   });
   if (stage.stop.stop_requested()) return cancelled_error();
   if (fault) return *fault;
+  for (std::size_t i = 0; i < jobs.size(); ++i) jobs[i].own_mask = own[i];
   for (std::size_t i = 0; i < jobs.size(); ++i)
-    jobs[i].share = has_neighbours(jobs, i) ? steady_share(seen[i - 1], seen[i], seen[i + 1]) : seen[i];
+    jobs[i].share = !own[i] && has_neighbours(jobs, i) && !seen[i].empty()
+                        ? steady_share(seen[i - 1], seen[i], seen[i + 1])
+                        : seen[i];
   return {};
 }
 

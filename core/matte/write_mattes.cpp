@@ -44,7 +44,9 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
     Result<void> written = picture ? Result<void>() : Result<void>(picture.error());
     const auto network = picture ? network_alpha(stage, *picture) : Result<cv::Mat>(cv::Mat());
     if (!network) written = network.error();
-    if (picture && network) {
+    const auto brought = own_alpha(stage, jobs[i].frame, stage.size);
+    if (!brought) written = brought.error();
+    if (picture && network && brought) {
       cv::Mat person = steady(jobs, cuts, i).clone();
       hold_cut(person, strokes_on(stage, jobs[i], person.cols));
       if (person.cols != stage.size) {
@@ -60,6 +62,7 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
                                              : soften_by_network(*network, person, 2 * radius);
       Image8 out(stage.size, stage.size, 1);
       std::memcpy(out.data.data(), alpha.data, out.data.size());
+      if (!brought->empty()) std::memcpy(out.data.data(), brought->data, out.data.size());
       apply_strokes(strokes_on(stage, jobs[i], stage.size), out);
       fill_outside(out, resampled(stage.capture.inside, stage.capture.size, stage.size), 0);
       written = write_image(folder / frame_name(jobs[i].frame).filename(), out);

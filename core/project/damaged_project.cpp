@@ -14,6 +14,7 @@
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
+#include "core/base/path_text.h"
 #include "core/project/further_clips.h"
 #include "core/project/option_table.h"
 
@@ -75,7 +76,8 @@ std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
   ProjectOptions& options = damaged.options;
   for (const OptionRow& row : option_table())
     with_option(row, options, [&](auto& value) {
-      if constexpr (std::is_same_v<decltype(value), fs::path&>) value = string_named(*text, row.key);
+      if constexpr (std::is_same_v<decltype(value), fs::path&>)
+        value = path_of_text(string_named(*text, row.key));
     });
   std::vector<fs::path> named{options.shared.video};
   if (const auto capture = read_capture(capture_path({.folder = folder}))) {

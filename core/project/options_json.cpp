@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json_text.h"
+#include "core/base/path_text.h"
 #include "core/capture/split.h"
 #include "core/project/option_table.h"
 
@@ -30,7 +31,7 @@ struct WriteOption {
   json& object;
   const char* key;
 
-  void operator()(const fs::path& path) const { object[key] = path.string(); }
+  void operator()(const fs::path& path) const { object[key] = text_of_path(path); }
   void operator()(const Split& split) const { object[key] = split_name(split); }
   void operator()(const std::optional<CameraKind>& kind) const {
     object[key] = kind ? camera_kind_name(*kind) : kFoundOut;
@@ -67,7 +68,7 @@ struct ReadOption {
 
   bool operator()(fs::path& path) const {
     if (!value().is_string()) return false;
-    path = value().get<std::string>();
+    path = path_of_text(value().get<std::string>());
     return true;
   }
   bool operator()(bool& on) const {

@@ -201,7 +201,7 @@ Result<void> save_project(const Project& project) {
          {"stages", stages}};
   if (!project.further_clips.empty()) j["further_clips"] = project.further_clips;
   // A path need not be valid UTF-8; the odd byte is replaced rather than refused.
-  return write_text(project_file(project.folder), json_text_replacing(j, 2) + "\n");
+  return write_text(project_file(project.folder), json_text(j, 2) + "\n");
 }
 
 Result<Project> change_project(const fs::path& folder, const std::function<void(Project&)>& change) {

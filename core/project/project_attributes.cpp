@@ -139,7 +139,7 @@ Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const T
                              view.pose.world_from_head, view.rgb, points);
     frame.aside = asides[i];
     frame.training = i < set.views.size();
-    frame.time_s = view.camera.frame / std::max(1.0, frames.capture.frames_per_second);
+    frame.time_s = time_of_frame(frames.capture, view.camera.frame);
     frame.run = frame.training ? view.further_clip : -1;
   });
   for (const auto& [v, annotation] : annotated)

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "core/base/files.h"
+#include "core/base/path_text.h"
 #include "core/capture/capture.h"
 #include "core/head/read_person.h"
 #include "core/project/further_clips.h"
@@ -113,7 +114,7 @@ Result<void> run_fit(const StageContext& context) {
     auto whole = track_clip(inputs.video, region, *cameras, silent_frames(*capture), *model, work.options,
                             rest.stage(0, again ? 0.9 : 1, "fit"), context.stop);
     if (!whole) return whole.error();
-    whole->head_model_file = inputs.head_model.string();
+    whole->head_model_file = text_of_path(inputs.head_model);
     if (const auto forgotten = forget_refits(context.project); !forgotten) return forgotten.error();
     *first = std::move(*whole);
     rest = rest.stage(0.9, 1, "spans");

@@ -30,6 +30,7 @@ Result<void> run_matte(const StageContext& context) {
   if (report.prior == MaskPrior::person_network)
     context.record.message += fmt::format(" The person network was used in {:.0f} % of the frames.",
                                           100.0 * report.prior_frames / std::max(1, report.frames));
+  if (report.prior == MaskPrior::clip) context.record.message += " The clip's own mask was taken.";
   if (const std::size_t painted = corrected_frames(context.project).size(); painted > 0)
     context.record.message +=
         fmt::format(" Corrected by hand in {} frame{}.", painted, painted == 1 ? "" : "s");

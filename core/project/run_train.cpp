@@ -9,6 +9,7 @@
 
 #include "core/base/files.h"
 #include "core/base/memory.h"
+#include "core/base/path_text.h"
 #include "core/project/project_attributes.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
@@ -121,7 +122,7 @@ Result<void> run_train(const StageContext& context) {
     avatar->room = std::move(*room);
   }
   avatar->background_fault = project_background_fault(context.project);
-  avatar->head_model_file = inputs.head_model.string();
+  avatar->head_model_file = text_of_path(inputs.head_model);
   avatar->parts = chosen.parts;
   find_what_holds(context, *model, *avatar);
   context.record.message = fmt::format("{} steps in {:.0f} s.", avatar->steps, avatar->train_seconds);

@@ -522,7 +522,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
   if (!avatar.background_fault.empty()) j["background_fault"] = avatar.background_fault;
   Sections sections;
   // A non-UTF-8 file name must not make the avatar unwritable.
-  const std::string text = json_text_replacing(j);
+  const std::string text = json_text(j);
   sections["meta"] = to_section(std::span<const char>(text.data(), text.size()));
   add_part(sections, avatar.head, "head");
   if (avatar.torso) add_part(sections, *avatar.torso, "torso");

@@ -48,11 +48,23 @@ Pose turned_head(const Pose& world_from_head, const Vec3d& pivot_in_head, double
   return world_from_head * turn;
 }
 
-std::vector<double> orbit_yaws(int frames, double amplitude) {
+std::vector<double> steady_times(int frames, double frames_per_second) {
   LIKENESS_CHECK(frames > 0, "%d frames", frames);
-  std::vector<double> yaws(std::size_t(frames), 0.0);
+  constexpr double kUsual = 25;
+  std::vector<double> times_s;
   for (int i = 0; i < frames; ++i)
-    yaws[std::size_t(i)] = frames == 1 ? 0 : amplitude * std::sin(2 * std::numbers::pi * i / (frames - 1));
+    times_s.push_back(i / (frames_per_second > 0 ? frames_per_second : kUsual));
+  return times_s;
+}
+
+std::vector<double> orbit_yaws(std::span<const double> times_s, double amplitude) {
+  LIKENESS_CHECK(!times_s.empty(), "an orbit without frames");
+  const double length_s = times_s.back() - times_s.front();
+  std::vector<double> yaws;
+  for (const double time_s : times_s) {
+    const double share = length_s > 0 ? (time_s - times_s.front()) / length_s : 0;
+    yaws.push_back(amplitude * std::sin(2 * std::numbers::pi * share));
+  }
   return yaws;
 }
 

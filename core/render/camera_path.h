@@ -1,6 +1,7 @@
 // Views and poses: orbits about the head, head turns, and articulations from named actions.
 #pragma once
 
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,8 +24,11 @@ Camera orbit_camera(const Avatar& avatar, const Pose& world_from_head, double ya
 Pose turned_head(const Pose& world_from_head, const Vec3d& pivot_in_head, double yaw, double pitch,
                  double roll);
 
-// One sine period of yaw over `frames` pictures, starting and ending straight ahead; (frames).
-std::vector<double> orbit_yaws(int frames, double amplitude);
+// Of so many frames at a steady rate, the first one's 0; a rate of 0 counts as 25 a second.
+std::vector<double> steady_times(int frames, double frames_per_second);
+
+// One sine period of yaw from the first time to the last, starting and ending straight ahead; one a time.
+std::vector<double> orbit_yaws(std::span<const double> times_s, double amplitude);
 
 // `neutral` plus the named actions at the given values (0 none, 1 full). Unknown names are an Error that
 // lists the known ones.

@@ -42,7 +42,7 @@ struct RestChoice {
 
 struct Track {
   std::string head_model_name, head_model_hash;
-  std::string head_model_file;  // empty for the built-in head
+  std::string head_model_file;  // text_of_path (core/base/path_text.h); empty for the built-in head
   PersonShape person;
   Articulation neutral;            // the person's resting face, from training frames
   RestChoice rest;                 // which ones

@@ -3,6 +3,7 @@
 // source; in a folder of photographs, no picture follows another.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 namespace likeness {
@@ -16,9 +17,10 @@ int frame_spacing(const Frames& frames) {
   double gap = 0;
   for (std::size_t i = 1; i < frames.size(); ++i) {
     const int apart = frames[i].frame - frames[i - 1].frame;
-    if (apart <= 0 || (spacing != 0 && apart >= spacing)) continue;
+    if (apart <= 0 || (spacing != 0 && apart > spacing)) continue;
+    const double time = std::abs(frames[i].time_s - frames[i - 1].time_s);
+    gap = apart == spacing ? std::min(gap, time) : time;  // the least: a clip may pause
     spacing = apart;
-    gap = std::abs(frames[i].time_s - frames[i - 1].time_s);
   }
   if (spacing == 0) return 1;
   return gap > kFollows ? 0 : spacing;

@@ -8,25 +8,24 @@ extern "C" {
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 #include <system_error>
 
 #include "core/base/files.h"
 #include "core/video/libav.h"
+#include "core/video/stream_info.h"
 
 namespace likeness {
 namespace {
 
-struct CloseInput {
-  void operator()(AVFormatContext* c) const { avformat_close_input(&c); }
-};
 struct CloseOutput {
   void operator()(AVFormatContext* c) const {
     if (c->pb) avio_closep(&c->pb);
     avformat_free_context(c);
   }
 };
-using Input = std::unique_ptr<AVFormatContext, CloseInput>;
+using Input = std::unique_ptr<AVFormatContext, CloseFormat>;
 using Output = std::unique_ptr<AVFormatContext, CloseOutput>;
 
 // One stream of a file, read packet by packet.
@@ -57,16 +56,23 @@ Error sound_error(const std::filesystem::path& film, int error) {
           "Check the disk and the path, then run it again.", film.string()};
 }
 
+bool is_any(const AVStream&) { return true; }
+
+// A phone's second track may be of a kind that neither mp4 nor FFmpeg knows.
+bool fits_mp4(const AVStream& stream) {
+  const AVOutputFormat* mp4 = av_guess_format("mp4", nullptr, nullptr);
+  return mp4 && avformat_query_codec(mp4, stream.codecpar->codec_id, FF_COMPLIANCE_NORMAL) == 1;
+}
+
 // Null `stream` if the file has none of the kind.
 Source open_source(const std::filesystem::path& path, AVMediaType kind) {
   Source source;
   AVFormatContext* raw = nullptr;
   if (avformat_open_input(&raw, ("file:" + path.string()).c_str(), nullptr, nullptr) < 0) return source;
   source.file.reset(raw);
-  if (avformat_find_stream_info(raw, nullptr) < 0) return source;
-  const int best = av_find_best_stream(raw, kind, -1, -1, nullptr, 0);
-  if (best < 0) return source;
-  source.stream = raw->streams[best];
+  if (find_stream_info(*raw) < 0) return source;
+  source.stream = default_stream(*raw, kind, fits_mp4);
+  if (!source.stream) source.stream = default_stream(*raw, kind, is_any);
   return source;
 }
 
@@ -98,19 +104,17 @@ void copy_tags(AVFormatContext& output, const Source& film) {
     av_dict_set(&output.metadata, key, nullptr, 0);
 }
 
-int write_both(AVFormatContext& output, Source& pictures, Source& sound) {
-  // The sound's clock is its clip's: it begins where the clip's pictures begin.
+int write_both(AVFormatContext& output, Source& pictures, Source& sound, double from_s) {
+  // The sound's clock is its clip's: it begins where the film does in the clip's pictures.
   const auto begin = [](const Source& s) {
     return s.stream->start_time == AV_NOPTS_VALUE ? 0 : s.stream->start_time;
   };
   pictures.start = 0;
-  const int clip = av_find_best_stream(sound.file.get(), AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
   sound.start = begin(sound);
-  if (clip >= 0) {
-    const AVStream& video = *sound.file->streams[clip];
-    if (video.start_time != AV_NOPTS_VALUE)
-      sound.start = av_rescale_q(video.start_time, video.time_base, sound.stream->time_base);
-  }
+  const AVStream* video = picture_stream(*sound.file);
+  if (video && video->start_time != AV_NOPTS_VALUE)
+    sound.start = av_rescale_q(video->start_time, video->time_base, sound.stream->time_base);
+  sound.start += std::llround(from_s / av_q2d(sound.stream->time_base));
   const double length_s = double(pictures.file->duration) / AV_TIME_BASE;
   AVDictionary* flags = nullptr;
   av_dict_set(&flags, "movflags", kMovFlags, 0);
@@ -134,11 +138,11 @@ int write_both(AVFormatContext& output, Source& pictures, Source& sound) {
 
 }  // namespace
 
-Result<CopiedSound> copy_sound(const std::filesystem::path& from, const std::filesystem::path& film) {
+Result<CopiedSound> copy_sound(const std::filesystem::path& from, const std::filesystem::path& film,
+                               double from_s) {
   Source sound = open_source(from, AVMEDIA_TYPE_AUDIO);
   if (!sound.stream) return CopiedSound{false, "the clip has no sound"};
-  const AVOutputFormat* mp4 = av_guess_format("mp4", nullptr, nullptr);
-  if (!mp4 || avformat_query_codec(mp4, sound.stream->codecpar->codec_id, FF_COMPLIANCE_NORMAL) != 1) {
+  if (!fits_mp4(*sound.stream)) {
     return CopiedSound{false, fmt::format("an mp4 cannot hold the clip's kind of sound ({})",
                                           avcodec_get_name(sound.stream->codecpar->codec_id))};
   }
@@ -147,14 +151,14 @@ Result<CopiedSound> copy_sound(const std::filesystem::path& from, const std::fil
   const std::filesystem::path temporary = temporary_name(film);
   const std::string name = "file:" + temporary.string();
   AVFormatContext* raw = nullptr;
-  if (const int error = avformat_alloc_output_context2(&raw, mp4, nullptr, name.c_str()); error < 0)
+  if (const int error = avformat_alloc_output_context2(&raw, nullptr, "mp4", name.c_str()); error < 0)
     return sound_error(film, error);
   Output output(raw);
   int error = add_stream(*output, pictures);
   if (error >= 0) error = add_stream(*output, sound);
   copy_tags(*output, pictures);
   if (error >= 0) error = avio_open(&raw->pb, name.c_str(), AVIO_FLAG_WRITE);
-  if (error >= 0) error = write_both(*output, pictures, sound);
+  if (error >= 0) error = write_both(*output, pictures, sound, from_s);
   if (error >= 0) error = avio_closep(&raw->pb);
   output.reset();
   if (error < 0) {

@@ -22,10 +22,11 @@ extern "C" {
 #include "core/base/check.h"
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/video/decoded_picture.h"
 #include "core/video/deinterlace.h"
-#include "core/video/frame_to_rgb.h"
 #include "core/video/lens_tag.h"
 #include "core/video/libav.h"
+#include "core/video/matroska_elements.h"
 #include "core/video/mp4_boxes.h"
 #include "core/video/photos.h"
 #include "core/video/stream_info.h"
@@ -87,6 +88,7 @@ struct VideoReader::Impl {
   struct Kept {
     int index = 0;
     double time_s = 0;
+    int shape = 0;
     std::unique_ptr<AVFrame, FreeFrame> frame;
   };
 
@@ -101,16 +103,14 @@ struct VideoReader::Impl {
   int stride = 1;                                         // of the frames handed out
   int first = 0, last = std::numeric_limits<int>::max();  // of them
   ClipSeconds seconds;                                    // of the film that are handed out
-  FrameConverter to_rgb, to_luma;  // one each: a converter has to be set up again for another format
-  Orientation orientation;
+  DecodedPictures pictures;
   VideoInfo info;
   PixelRect part;        // of the pictures that is handed out; empty: all of them
   VideoInfo shown;       // info of that part
-  bool cut_off = false;  // by its outermost boxes
+  bool cut_off = false;  // by its outermost boxes or elements
   bool draining = false, ended = false;
   int read_error = 0;        // of the demuxer, if it stopped before the end
   std::int64_t packets = 0;  // of the video stream, whole
-  double end_s = 0;          // where the last packet ends, on the stream's clock
   int next_index = 0;
   double last_time_s = 0;
   std::optional<Error> failure;  // repeated by every later next()
@@ -163,15 +163,14 @@ Result<void> VideoReader::Impl::open() {
   }
   format.reset(raw);
   if (const int error = find_stream_info(*raw); error < 0) return cannot_open(path, error);
-  const int best = av_find_best_stream(raw, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
-  if (best < 0 || raw->streams[best]->disposition & AV_DISPOSITION_ATTACHED_PIC) {
+  stream = picture_stream(*raw);
+  if (!stream) {
     const bool sound = av_find_best_stream(raw, AVMEDIA_TYPE_AUDIO, -1, -1, nullptr, 0) >= 0;
     return bad_video(
         path,
         fmt::format("\"{}\" holds {} no video.", path.filename().string(), sound ? "sound but" : "data but"),
         "Choose the video itself; exporting only the sound drops the picture.");
   }
-  stream = raw->streams[best];
   if (avcodec_get_type(stream->codecpar->codec_id) != AVMEDIA_TYPE_VIDEO ||
       stream->codecpar->codec_id == AV_CODEC_ID_ANSI || stream->codecpar->width <= 0 ||
       stream->codecpar->height <= 0) {
@@ -180,7 +179,7 @@ Result<void> VideoReader::Impl::open() {
   for (unsigned i = 0; i < raw->nb_streams; ++i) {
     if (raw->streams[i] != stream) raw->streams[i]->discard = AVDISCARD_ALL;
   }
-  cut_off = scan_mp4_boxes(path).cut_off;
+  cut_off = scan_mp4_boxes(path).cut_off || is_cut_matroska(path);
   fill_info();
   info.focal_35mm = read_focal_35mm(path);
   if (std::int64_t(info.width) * info.height > kMaxPixels) {
@@ -214,22 +213,23 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::next_photo() {
     return std::optional<VideoFrame>();
   }
   const std::filesystem::path& file = photos[std::size_t(next_index)];
-  auto photo = read_photo(file);
+  VideoFrame result;
+  auto photo = read_photo(file, &result.alpha);
   if (!photo) return photo.error();
   ++frames_decoded;
   if (photo->width != info.width || photo->height != info.height)
     return other_size_error(file, *photo, info.width, info.height);
-  VideoFrame result;
   result.index = next_index++;
   result.time_s = last_time_s = result.index;
   if (!part.empty()) *photo = crop(*photo, part);
+  if (!part.empty() && !result.alpha.empty()) result.alpha = crop(result.alpha, part);
   if (pixels == VideoPixels::both) result.luma = luma_of_photo(*photo);
   result.rgb = pixels == VideoPixels::luma ? luma_of_photo(*photo) : std::move(*photo);
   return std::optional<VideoFrame>(std::move(result));
 }
 
 Result<void> VideoReader::Impl::open_decoder() {
-  const AVCodec* decoder = avcodec_find_decoder(stream->codecpar->codec_id);
+  const AVCodec* decoder = find_decoder(*stream);
   const auto refused = [&](std::string_view why) {
     return Error{ErrorCode::missing_dependency,
                  fmt::format("The video's format ({}) cannot be decoded here: {}.", info.codec, why),
@@ -249,23 +249,21 @@ Result<void> VideoReader::Impl::open_decoder() {
 }
 
 void VideoReader::Impl::fill_info() {
-  orientation = orientation_of(*stream);
+  const Orientation orientation = orientation_of(*stream);
   int width = stream->codecpar->width, height = stream->codecpar->height;
   const AVRational aspect = av_guess_sample_aspect_ratio(format.get(), stream, nullptr);
   if (aspect.num > 0 && aspect.den > 0)
     width = int(std::clamp(std::round(width * av_q2d(aspect)), 1.0, 1e6));  // square pixels
+  pictures = DecodedPictures(orientation, width, height, aspect);
   info.width = orientation.transposed ? height : width;
   info.height = orientation.transposed ? width : height;
   info.rotation_deg = orientation.clockwise_deg;
   info.frames_per_second = rate_of(path, *format, *stream);
   info.codec = avcodec_get_name(stream->codecpar->codec_id);
-  if (stream->duration > 0) {
-    info.duration_s = double(stream->duration) * av_q2d(stream->time_base);
-  } else if (format->duration > 0) {
-    info.duration_s = double(format->duration) / AV_TIME_BASE;
-  }
-  info.frame_count = stream->nb_frames > 0 ? int(stream->nb_frames)
-                                           : int(std::lround(info.duration_s * info.frames_per_second));
+  const StreamLength length = length_of(*format, *stream);
+  info.duration_s = length.seconds;
+  info.frame_count =
+      length.frames > 0 ? length.frames : int(std::lround(info.duration_s * info.frames_per_second));
 }
 
 // Sends packets until the decoder has taken one of the video stream, or signals that none follow.
@@ -288,10 +286,6 @@ Result<void> VideoReader::Impl::feed() {
       continue;
     }
     ++packets;
-    if (packet->pts != AV_NOPTS_VALUE) {
-      const std::int64_t start = stream->start_time == AV_NOPTS_VALUE ? 0 : stream->start_time;
-      end_s = std::max(end_s, double(packet->pts + packet->duration - start) * av_q2d(stream->time_base));
-    }
     const int sent = avcodec_send_packet(codec.get(), packet.get());
     av_packet_unref(packet.get());
     if (sent < 0 && sent != AVERROR(EAGAIN)) return damaged();
@@ -377,6 +371,7 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
     return std::optional<VideoFrame>();
   }
   result.index = next_index++;
+  result.shape = pictures.shape_of(*frame);
   ended = result.index >= last;
   const bool skipped =
       result.index % stride != 0 || result.index < first || result.time_s < seconds.from_s - kSameSecond;
@@ -391,31 +386,15 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   return std::optional<VideoFrame>(std::move(result));
 }
 
-// Upright pixels of a decoded frame.
 Result<void> VideoReader::Impl::convert(const AVFrame& decoded, VideoFrame& result) {
-  const bool turned = orientation.transposed;
-  const int width = turned ? info.height : info.width, height = turned ? info.width : info.height;
-  const auto upright = [&](Image8 coded) {
-    const bool as_coded = !turned && !orientation.flip_x && !orientation.flip_y;
-    return as_coded || coded.empty() ? std::move(coded) : oriented(coded, orientation);
-  };
-  if (pixels == VideoPixels::both) {
-    result.luma = upright(to_luma.to_luma(decoded, width, height));
-    if (result.luma.empty()) return damaged();
-  }
-  result.rgb = upright(pixels == VideoPixels::luma ? to_luma.to_luma(decoded, width, height)
-                                                   : to_rgb.to_rgb(decoded, width, height));
-  if (result.rgb.empty()) return damaged();
-  if (part.empty()) return {};
-  result.rgb = crop(result.rgb, part);
-  if (!result.luma.empty()) result.luma = crop(result.luma, part);
+  if (!pictures.show(decoded, pixels, part, result)) return damaged();
   return {};
 }
 
 // The frame just handed out stays, or none does.
 void VideoReader::Impl::keep(const VideoFrame& taken) {
   const std::uint64_t bytes = frame_bytes(*frame);
-  Kept stays{taken.index, taken.time_s, std::unique_ptr<AVFrame, FreeFrame>(av_frame_alloc())};
+  Kept stays{taken.index, taken.time_s, taken.shape, std::unique_ptr<AVFrame, FreeFrame>(av_frame_alloc())};
   if (bytes > room || !stays.frame) return forget_kept();
   room -= bytes;
   av_frame_move_ref(stays.frame.get(), frame.get());
@@ -438,21 +417,14 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::replay() {
   VideoFrame result;
   result.index = now.index;
   result.time_s = now.time_s;
+  result.shape = now.shape;
   if (const auto converted = convert(*now.frame, result); !converted) return converted.error();
   return std::optional<VideoFrame>(std::move(result));
 }
 
 // A cut-off MP4 may still hold every video packet (sound or tags were lost); then the video is complete.
-// Other containers are judged by their declared duration, with a second of grace for sound that outlasts the
-// picture.
 bool VideoReader::Impl::is_incomplete() const {
-  if (read_error != 0) return true;
-  if (cut_off) return packets < stream->nb_frames || stream->nb_frames <= 0;
-  const bool declared =
-      stream->nb_frames <= 0 && format->duration_estimation_method != AVFMT_DURATION_FROM_BITRATE;
-  const bool by_duration = std::string_view(format->iformat->name).find("matroska") != std::string_view::npos;
-  return declared && by_duration && info.duration_s > 0 &&
-         end_s < info.duration_s - std::max(1.0, 0.05 * info.duration_s);
+  return read_error != 0 || (cut_off && (packets < stream->nb_frames || stream->nb_frames <= 0));
 }
 
 Result<std::optional<VideoFrame>> VideoReader::Impl::finish() {
@@ -533,6 +505,7 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
   return result;
 }
 
+bool VideoReader::changed_shape() const { return impl_->pictures.changed_shape(); }
 bool VideoReader::was_interlaced() const { return impl_->interlaced; }
 
 void VideoReader::start_at(int index) { impl_->first = index; }

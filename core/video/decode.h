@@ -40,6 +40,10 @@ struct VideoFrame {
   double time_s = 0;  // presentation time
   Image8 rgb;         // 3 channels; 1 from a reader of luma
   Image8 luma{};      // 1 channel, from a reader of both; else empty
+  Image8 alpha{};     // 1 channel, of a picture that hides something; else empty (alpha.h)
+  // Which of the film's shapes the picture has, from 0 on. Where a film changes it in the middle, pictures
+  // keep their shape: they lie in the middle of the first one's, black around them.
+  int shape = 0;
 };
 
 // 1 up to 60 frames a second and 9,000 frames. Faster films are reduced to about 30 a second, longer ones to
@@ -66,6 +70,8 @@ class VideoReader {
   VideoReader& operator=(VideoReader&&) noexcept;
 
   const VideoInfo& info() const;
+  // So far, its pictures had several shapes.
+  bool changed_shape() const;
   // From the next frame on: delivers only this part of the pictures, whose size info() then has; an empty
   // one: all of them. Lasts through rewind().
   void show_part(const PixelRect& part);

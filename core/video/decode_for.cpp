@@ -26,7 +26,7 @@ Result<void> decode_for(VideoReader& reader, std::span<const FrameListener> list
     if (!next->has_value()) return {};
     VideoFrame& frame = **next;
     VideoFrame luma;  // as a reader of luma would give it
-    if (!frame.luma.empty()) luma = {frame.index, frame.time_s, std::move(frame.luma)};
+    if (!frame.luma.empty()) luma = {frame.index, frame.time_s, std::move(frame.luma), {}, {}, frame.shape};
     parallel_for(listeners.size(), [&](std::size_t i) {
       const bool own_luma = listeners[i].pixels == VideoPixels::luma && !luma.rgb.empty();
       results[i] = listeners[i].look(own_luma ? luma : frame);

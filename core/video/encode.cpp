@@ -13,6 +13,7 @@ extern "C" {
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <string_view>
 
 #include "core/base/check.h"
@@ -32,6 +33,8 @@ struct FreeScaler {
   void operator()(SwsContext* c) const { sws_freeContext(c); }
 };
 
+constexpr int kClock = 90000;  // ticks a second of a timed film: the usual rates' frames fall on whole ones
+
 bool is_mp4_name(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -50,8 +53,9 @@ struct VideoWriter::Impl {
   std::unique_ptr<AVFrame, FreeFrame> frame{av_frame_alloc()};
   std::unique_ptr<AVPacket, FreePacket> packet{av_packet_alloc()};
   AVStream* stream = nullptr;
-  std::int64_t frames = 0;
-  bool finished = false;
+  std::int64_t next = 0;         // of the codec's ticks: the earliest for the next frame
+  std::int64_t frame_ticks = 1;  // that a frame is shown for, if none follows
+  bool timed = false, finished = false;
 
   ~Impl() {
     format.reset();
@@ -60,6 +64,7 @@ struct VideoWriter::Impl {
   }
   Result<void> open_encoder(const EncodeOptions& options);
   Result<void> open_file(const EncodeOptions& options);
+  Result<void> add(const Image8& rgb, std::int64_t tick);
   Result<void> send(const AVFrame* picture);
   Error write_error(int error) const;
 };
@@ -85,7 +90,9 @@ Result<void> VideoWriter::Impl::open_encoder(const EncodeOptions& options) {
   codec->height = (height + 1) / 2 * 2;
   codec->pix_fmt = AV_PIX_FMT_YUV420P;
   codec->framerate = av_d2q(options.frames_per_second, 100000);
-  codec->time_base = av_inv_q(codec->framerate);
+  timed = options.timed;
+  codec->time_base = timed ? AVRational{1, kClock} : av_inv_q(codec->framerate);
+  if (timed) frame_ticks = std::max<std::int64_t>(1, std::llround(kClock / options.frames_per_second));
   codec->colorspace = AVCOL_SPC_BT709;
   codec->color_primaries = AVCOL_PRI_BT709;
   codec->color_trc =
@@ -150,7 +157,7 @@ Result<void> VideoWriter::Impl::send(const AVFrame* picture) {
     if (received == AVERROR(EAGAIN) || received == AVERROR_EOF) return {};
     if (received < 0) return write_error(received);
     av_packet_rescale_ts(packet.get(), codec->time_base, stream->time_base);
-    packet->duration = av_rescale_q(1, codec->time_base, stream->time_base);
+    packet->duration = av_rescale_q(frame_ticks, codec->time_base, stream->time_base);
     packet->stream_index = stream->index;
     const int written = av_interleaved_write_frame(format.get(), packet.get());
     if (written < 0) return write_error(written);
@@ -181,23 +188,31 @@ Result<VideoWriter> VideoWriter::create(const std::filesystem::path& path, int w
   return VideoWriter(std::move(impl));
 }
 
-Result<void> VideoWriter::add(const Image8& rgb) {
-  Impl& writer = *impl_;
-  LIKENESS_CHECK(rgb.width == writer.width && rgb.height == writer.height && rgb.channels == 3,
-                 "frame %d x %d x %d for a video of %d x %d", rgb.width, rgb.height, rgb.channels,
-                 writer.width, writer.height);
-  LIKENESS_CHECK(!writer.finished, "frame added to a finished video");
-  if (const int error = av_frame_make_writable(writer.frame.get()); error < 0)
-    return writer.write_error(error);
+Result<void> VideoWriter::Impl::add(const Image8& rgb, std::int64_t tick) {
+  LIKENESS_CHECK(rgb.width == width && rgb.height == height && rgb.channels == 3,
+                 "frame %d x %d x %d for a video of %d x %d", rgb.width, rgb.height, rgb.channels, width,
+                 height);
+  LIKENESS_CHECK(!finished, "frame added to a finished video");
+  if (const int error = av_frame_make_writable(frame.get()); error < 0) return write_error(error);
   const bool odd = rgb.width % 2 || rgb.height % 2;
-  const Image8 padded = odd ? crop(rgb, 0, 0, writer.codec->width, writer.codec->height) : Image8();
+  const Image8 padded = odd ? crop(rgb, 0, 0, codec->width, codec->height) : Image8();
   const Image8& source = odd ? padded : rgb;
   const std::uint8_t* planes[1] = {source.data.data()};
   const int strides[1] = {source.width * 3};
-  sws_scale(writer.scaler.get(), planes, strides, 0, source.height, writer.frame->data,
-            writer.frame->linesize);
-  writer.frame->pts = writer.frames++;
-  return writer.send(writer.frame.get());
+  sws_scale(scaler.get(), planes, strides, 0, source.height, frame->data, frame->linesize);
+  frame->pts = std::max(tick, next);
+  next = frame->pts + 1;
+  return send(frame.get());
+}
+
+Result<void> VideoWriter::add(const Image8& rgb) {
+  LIKENESS_CHECK(!impl_->timed, "a frame without its time added to a timed video");
+  return impl_->add(rgb, impl_->next);
+}
+
+Result<void> VideoWriter::add(const Image8& rgb, double time_s) {
+  LIKENESS_CHECK(impl_->timed && time_s >= 0 && time_s < 1e7, "a frame at %g s", time_s);
+  return impl_->add(rgb, std::llround(time_s * kClock));
 }
 
 Result<void> VideoWriter::finish() {

@@ -14,7 +14,8 @@ namespace likeness {
 
 struct EncodeOptions {
   double frames_per_second = 25;
-  int crf = 18;  // x264's constant rate factor; lower is better and larger
+  int crf = 18;        // x264's constant rate factor; lower is better and larger
+  bool timed = false;  // every frame has a time of its own; the last is shown for 1 / frames_per_second
   std::vector<std::pair<std::string, std::string>> tags = {};  // of the file: key and UTF-8 text
 };
 
@@ -27,7 +28,10 @@ class VideoWriter {
   VideoWriter(VideoWriter&&) noexcept;
   VideoWriter& operator=(VideoWriter&&) noexcept;
 
-  Result<void> add(const Image8& rgb);  // width x height x 3
+  Result<void> add(const Image8& rgb);  // width x height x 3; at the steady rate
+  // Of a timed film: time_s from its start on, rising by at least 1/90000 s, which an earlier one is moved
+  // to.
+  Result<void> add(const Image8& rgb, double time_s);
   Result<void> finish();
 
  private:

@@ -163,6 +163,11 @@ Image8 oriented(const Image8& coded, const Orientation& o) {
   return result;
 }
 
+bool has_alpha(const AVFrame& frame) {
+  const AVPixFmtDescriptor* about = av_pix_fmt_desc_get(AVPixelFormat(frame.format));
+  return about && about->flags & AV_PIX_FMT_FLAG_ALPHA;
+}
+
 void FrameConverter::Free::operator()(SwsContext* context) const { sws_freeContext(context); }
 FrameConverter::FrameConverter() = default;
 FrameConverter::~FrameConverter() = default;
@@ -206,6 +211,15 @@ Image8 FrameConverter::to_luma(const AVFrame& frame, int width, int height) {
   if (!convert(frame, width, height, AV_PIX_FMT_GRAY8, 1)) return {};
   const auto* rows = reinterpret_cast<const std::uint8_t*>(pixels_.data());
   for (int y = 0; y < height; ++y) std::copy_n(rows + y * stride_bytes_, width, image.at(0, y));
+  return image;
+}
+
+Image8 FrameConverter::to_rgba(const AVFrame& frame, int width, int height) {
+  if (!convert(frame, width, height, AV_PIX_FMT_RGBA, 4)) return {};
+  Image8 image(width, height, 4);
+  const auto* rows = reinterpret_cast<const std::uint8_t*>(pixels_.data());
+  for (int y = 0; y < height; ++y)
+    std::copy_n(rows + y * stride_bytes_, 4 * std::size_t(width), image.at(0, y));
   return image;
 }
 

@@ -4,10 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <map>
+#include <string_view>
 
 #include "core/base/hash.h"
+#include "core/base/natural_order.h"
 #include "core/image/files.h"
+#include "core/video/alpha.h"
 #include "core/video/frame_to_rgb.h"
 
 namespace likeness {
@@ -36,38 +41,82 @@ Image8 three_channels(const Image8& image) {
   return rgb;
 }
 
-}  // namespace
+// Of a folder, in any order.
+struct FolderPictures {
+  std::vector<fs::path> read;
+  std::map<std::string, int> unread;  // by their names' ends, in small letters
+};
 
-Result<std::vector<fs::path>> list_photos(const fs::path& folder) {
-  std::vector<fs::path> photos;
-  std::error_code fault;
+FolderPictures list_pictures(const fs::path& folder, std::error_code& fault) {
+  constexpr std::array<std::string_view, 6> kRead{".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp"};
+  constexpr std::array<std::string_view, 3> kHeif{".heic", ".heif", ".avif"};
+  constexpr std::array<std::string_view, 24> kUnread{
+      ".3fr", ".arw", ".bmp", ".cr2", ".cr3", ".dng", ".exr", ".gif", ".hif", ".iiq", ".j2k", ".jp2",
+      ".jxl", ".nef", ".nrw", ".orf", ".pef", ".psd", ".raf", ".raw", ".rw2", ".rwl", ".srw", ".tga"};
+  const auto among = [](const auto& kinds, const std::string& kind) {
+    return std::ranges::find(kinds, kind) != kinds.end();
+  };
+  FolderPictures pictures;
   for (const auto& entry : fs::directory_iterator(folder, fault)) {
     // Archives contain ._IMG_1.jpg files that are not pictures.
     std::error_code unknown;
     if (!entry.is_regular_file(unknown) || entry.path().filename().string().starts_with(".")) continue;
-    std::string extension = entry.path().extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return std::tolower(c); });
-    for (const char* known : {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp"})
-      if (extension == known) photos.push_back(entry.path());
+    std::string kind = entry.path().extension().string();
+    std::ranges::transform(kind, kind.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (among(kRead, kind) || (among(kHeif, kind) && reads_heif()))
+      pictures.read.push_back(entry.path());
+    else if (among(kHeif, kind) || among(kUnread, kind))
+      ++pictures.unread[kind];
   }
+  return pictures;
+}
+
+std::string space_before(const std::string& sentence) { return sentence.empty() ? "" : " " + sentence; }
+
+}  // namespace
+
+Result<std::vector<fs::path>> list_photos(const fs::path& folder) {
+  std::error_code fault;
+  std::vector<fs::path> photos = list_pictures(folder, fault).read;
   if (fault)
     return Error{ErrorCode::not_found, fmt::format("The folder cannot be read: {}.", fault.message()),
                  "Give the folder that holds the photographs.", folder.string()};
   if (photos.size() < kMinPhotos)
-    return Error{ErrorCode::bad_input,
-                 fmt::format("\"{}\" is a folder with {} photographs; at least {} are needed.",
-                             folder.string(), photos.size(), kMinPhotos),
-                 "Give a folder of JPEG or PNG photographs of one scene from different places.",
-                 folder.string()};
-  std::sort(photos.begin(), photos.end());
+    return Error{
+        ErrorCode::bad_input,
+        fmt::format("\"{}\" is a folder with {} photographs that can be read; at least {} are needed.",
+                    folder.string(), photos.size(), kMinPhotos) +
+            space_before(unread_pictures(folder)),
+        "Give a folder of JPEG or PNG photographs of one scene from different places.", folder.string()};
+  std::ranges::sort(photos, [](const fs::path& a, const fs::path& b) {
+    return naturally_before(a.filename().string(), b.filename().string());
+  });
   return photos;
 }
 
-Result<Image8> read_photo(const fs::path& path) {
+std::string unread_pictures(const fs::path& folder) {
+  std::error_code fault;
+  const auto kinds = list_pictures(folder, fault).unread;
+  if (kinds.empty()) return "";
+  std::string counted;
+  for (const auto& [extension, count] : kinds)
+    counted += fmt::format("{}{} {}", counted.empty() ? "" : ", ", count, extension);
+  return fmt::format(
+      "Pictures of these kinds in the folder cannot be read here and are left out: {}. Export them as JPEG "
+      "or PNG to use "
+      "them.",
+      counted);
+}
+
+Result<Image8> read_photo(const fs::path& path, Image8* alpha) {
   auto stored = read_image(path);
   if (!stored) return stored;
-  return oriented(three_channels(*stored), orientation_of_tag(image_orientation(path)));
+  const Orientation orientation = orientation_of_tag(image_orientation(path));
+  if (alpha) *alpha = {};
+  if (stored->channels != 4) return oriented(three_channels(*stored), orientation);
+  const ShownPicture shown = over_backdrop(*stored);
+  if (alpha && !shown.alpha.empty()) *alpha = oriented(shown.alpha, orientation);
+  return oriented(shown.rgb, orientation);
 }
 
 Result<std::string> hash_photos(const fs::path& folder) {

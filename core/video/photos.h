@@ -1,7 +1,9 @@
-// A folder of photographs as a clip: one picture a second, in the order of names, as phones number them.
+// A folder of photographs as a clip: one picture a second, in the order of names, as phones and people number
+// them.
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "core/base/result.h"
@@ -9,11 +11,17 @@
 
 namespace likeness {
 
-// .jpg, .jpeg, .png, .tif, .tiff, .webp, by name; at least three.
+// .jpg, .jpeg, .png, .tif, .tiff, .webp, and where OpenImageIO reads them .heic, .heif and .avif, by name
+// (core/base/natural_order.h); at least three.
 Result<std::vector<std::filesystem::path>> list_photos(const std::filesystem::path& folder);
 
-// RGB, upright by its orientation tag. Refuses a truncated file.
-Result<Image8> read_photo(const std::filesystem::path& path);
+// What else in the folder is a picture by its name, but cannot be read, counted by kind, and what to do: two
+// sentences; empty where there is nothing.
+std::string unread_pictures(const std::filesystem::path& folder);
+
+// RGB, upright by its orientation tag, over the backdrop where it is transparent (alpha.h). alpha: becomes
+// what it hides something by, or empty; may be null. Refuses a truncated file.
+Result<Image8> read_photo(const std::filesystem::path& path, Image8* alpha = nullptr);
 
 // One channel, of an RGB picture: as a film's coded luma weighs the colours.
 Image8 luma_of_photo(const Image8& rgb);

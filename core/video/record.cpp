@@ -11,8 +11,7 @@
 namespace likeness {
 namespace {
 
-constexpr double kLongestRepeat_s =
-    1;  // gaps up to this are filled by repeating pictures; longer ones are cut out
+constexpr double kLongestRepeat_s = 1;  // gaps up to this are filled by repeating pictures; longer ones stay
 
 Error no_picture(const std::filesystem::path& path) {
   return {ErrorCode::failed, "The camera gave no picture.",
@@ -28,33 +27,35 @@ class SteadyWriter {
 
   Result<void> add(const CapturedFrame& picture) {
     if (recording_.frames == 0) start_s_ = picture.time_s;
-    auto slot = std::lround((picture.time_s - start_s_) * rate_);
-    if (slot < recording_.frames) {
+    const auto slot = std::lround((picture.time_s - start_s_) * rate_);
+    if (slot < next_) {
       ++recording_.left_out;
       return {};
     }
-    // After a camera stalled, its clock continues from the file's position.
-    if (double(slot - recording_.frames) > kLongestRepeat_s * rate_) {
-      start_s_ = picture.time_s - recording_.frames / rate_;
-      slot = recording_.frames;
-    }
-    for (; recording_.frames < slot; ++recording_.frames, ++recording_.repeated)
-      if (auto added = writer_.add(last_); !added) return added;
-    if (auto added = writer_.add(picture.rgb); !added) return added;
-    ++recording_.frames;
+    // Of a camera that stalled the last picture stays for as long.
+    if (double(slot - next_) > kLongestRepeat_s * rate_) next_ = slot;
+    for (; next_ < slot; ++recording_.repeated)
+      if (auto added = write(last_); !added) return added;
+    if (auto added = write(picture.rgb); !added) return added;
     last_ = picture.rgb;
     return {};
   }
   Result<Recording> finish() {
     if (auto finished = writer_.finish(); !finished) return finished.error();
-    recording_.seconds = recording_.frames / rate_;
+    recording_.seconds = seconds();
     return recording_;
   }
-  double seconds() const { return recording_.frames / rate_; }
+  double seconds() const { return double(next_) / rate_; }
 
  private:
+  Result<void> write(const Image8& picture) {
+    ++recording_.frames;
+    return writer_.add(picture, double(next_++) / rate_);
+  }
+
   VideoWriter writer_;
   double rate_, start_s_ = 0;
+  long next_ = 0;  // slot
   Image8 last_;
   Recording recording_;
 };
@@ -85,7 +86,7 @@ Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& 
     if (picture.rgb.channels != 3 || picture.rgb.empty()) return no_picture(path);
     if (!writer) {
       width = picture.rgb.width, height = picture.rgb.height;
-      auto created = VideoWriter::create(path, width, height, {options.frames_per_second, options.crf});
+      auto created = VideoWriter::create(path, width, height, {options.frames_per_second, options.crf, true});
       if (!created) return created.error();
       writer.emplace(std::move(*created), options);
     }

@@ -12,7 +12,8 @@
 namespace likeness {
 
 struct RecordOptions {
-  double frames_per_second = 30;  // of the file; late pictures are replaced by repeats, surplus ones dropped
+  double frames_per_second = 30;  // of the file; late pictures are replaced by repeats, surplus ones dropped,
+                                  // and where none comes for more than a second, the file has none either
   double longest_s = 180;
   int crf = 16;
 };

@@ -5,11 +5,14 @@ extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 #include <libavutil/display.h>
+#include <libavutil/parseutils.h>
 }
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "core/video/libav.h"
@@ -38,6 +41,12 @@ double measured_rate(const std::filesystem::path& path, int stream) {
   return seconds > 0 ? double(times.size() - 1) / seconds : 0;
 }
 
+// Matroska's tags of one track; their keys may end in a language.
+const char* tag_of(const AVStream& stream, const char* key) {
+  const AVDictionaryEntry* entry = av_dict_get(stream.metadata, key, nullptr, AV_DICT_IGNORE_SUFFIX);
+  return entry ? entry->value : nullptr;
+}
+
 }  // namespace
 
 void CloseFormat::operator()(AVFormatContext* c) const { avformat_close_input(&c); }
@@ -48,6 +57,38 @@ int find_stream_info(AVFormatContext& format) {
   const int error = avformat_find_stream_info(&format, options.data());
   for (AVDictionary*& each : options) av_dict_free(&each);
   return error;
+}
+
+AVStream* default_stream(AVFormatContext& format, AVMediaType kind,
+                         const std::function<bool(const AVStream&)>& serves) {
+  AVStream* first = nullptr;
+  for (unsigned i = 0; i < format.nb_streams; ++i) {
+    AVStream* stream = format.streams[i];
+    const bool cover = stream->disposition & (AV_DISPOSITION_ATTACHED_PIC | AV_DISPOSITION_TIMED_THUMBNAILS);
+    if (stream->codecpar->codec_type != kind || cover || !serves(*stream)) continue;
+    if (stream->disposition & AV_DISPOSITION_DEFAULT) return stream;
+    if (!first) first = stream;
+  }
+  return first;
+}
+
+const AVCodec* find_decoder(const AVStream& stream) {
+  const AVCodecID codec = stream.codecpar->codec_id;
+  const char* alpha = tag_of(stream, "alpha_mode");
+  const AVCodec* other = nullptr;
+  if (alpha && std::string_view(alpha) == "1" && codec == AV_CODEC_ID_VP9)
+    other = avcodec_find_decoder_by_name("libvpx-vp9");
+  if (alpha && std::string_view(alpha) == "1" && codec == AV_CODEC_ID_VP8)
+    other = avcodec_find_decoder_by_name("libvpx");
+  return other ? other : avcodec_find_decoder(codec);
+}
+
+AVStream* picture_stream(AVFormatContext& format) {
+  const auto decodable = [](const AVStream& each) {
+    return avcodec_find_decoder(each.codecpar->codec_id) != nullptr;
+  };
+  AVStream* stream = default_stream(format, AVMEDIA_TYPE_VIDEO, decodable);
+  return stream ? stream : default_stream(format, AVMEDIA_TYPE_VIDEO, [](const AVStream&) { return true; });
 }
 
 Orientation orientation_of(const AVStream& stream) {
@@ -64,6 +105,25 @@ Orientation orientation_of(const AVStream& stream) {
   std::array<int, 9> matrix;
   std::copy_n(reinterpret_cast<const std::int32_t*>(data), 9, matrix.begin());
   return orientation_from_matrix(matrix);
+}
+
+StreamLength length_of(const AVFormatContext& format, const AVStream& stream) {
+  StreamLength length;
+  const auto frames = stream.nb_frames;
+  if (frames > 0 && frames < std::numeric_limits<int>::max()) length.frames = int(frames);
+  const double tick_s = av_q2d(stream.time_base);
+  std::int64_t tagged = 0;  // 1/1000000 s
+  if (stream.duration > 0) {
+    length.seconds = double(stream.duration) * tick_s;
+  } else if (const char* tag = tag_of(stream, "DURATION"); tag && av_parse_time(&tagged, tag, 1) >= 0) {
+    // FFmpeg's ends where the track does, and others', who count its frames, are as long as the track.
+    const bool counted = tag_of(stream, "NUMBER_OF_FRAMES") != nullptr;
+    const bool late = !counted && stream.start_time != AV_NOPTS_VALUE;
+    length.seconds = std::max(0.0, double(tagged) * 1e-6 - (late ? double(stream.start_time) * tick_s : 0));
+  } else if (format.duration > 0) {
+    length.seconds = double(format.duration) / AV_TIME_BASE;
+  }
+  return length;
 }
 
 double rate_of(const std::filesystem::path& path, AVFormatContext& format, AVStream& stream) {

@@ -4,11 +4,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 
 #include "core/video/frame_to_rgb.h"
 
-struct AVFormatContext;
-struct AVStream;
+extern "C" {
+#include <libavformat/avformat.h>
+}
 
 namespace likeness {
 
@@ -21,7 +23,25 @@ struct CloseFormat {
 inline constexpr std::int64_t kMaxPixels = std::int64_t(8192) * 8192;
 
 int find_stream_info(AVFormatContext& format);  // FFmpeg's error, or 0 and more
+
+// What a player shows or plays: of the streams of this kind that `serves` takes, the first that the file
+// marks as default, else the first; null: there is none. FFmpeg's own choice goes by bit rate and size. A
+// cover is no picture.
+AVStream* default_stream(AVFormatContext& format, AVMediaType kind,
+                         const std::function<bool(const AVStream&)>& serves);
+// FFmpeg's own readers of VP8 and VP9 pass over the alpha that such a stream may have.
+const AVCodec* find_decoder(const AVStream& stream);
+// That of a film's pictures: one that can be decoded here, if there is any.
+AVStream* picture_stream(AVFormatContext& format);
 Orientation orientation_of(const AVStream& stream);
+
+// Of the stream alone, where the container says it; else the container's, which may be its sound's. 0: not
+// known.
+struct StreamLength {
+  double seconds = 0;
+  int frames = 0;
+};
+StreamLength length_of(const AVFormatContext& format, const AVStream& stream);
 double rate_of(const std::filesystem::path& path, AVFormatContext& format, AVStream& stream);  // frames/s
 
 }  // namespace likeness

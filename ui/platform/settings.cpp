@@ -11,6 +11,7 @@
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
+#include "core/base/path_text.h"
 
 namespace likeness::ui {
 
@@ -57,7 +58,7 @@ Settings read_settings(const fs::path& path) {
     read.scale_percent = std::clamp(j.value("scale_percent", read.scale_percent), kLeastScale, kMostScale);
     read.licences_shown = j.value("licences_shown", read.licences_shown);
     for (const json& entry : j.value("recent", json::array()))
-      read.recent.emplace_back(entry.get<std::string>());
+      read.recent.push_back(path_of_text(entry.get<std::string>()));
     return read;
   } catch (const json::exception&) {
     return settings;
@@ -66,7 +67,7 @@ Settings read_settings(const fs::path& path) {
 
 Result<void> write_settings(const fs::path& path, const Settings& settings) {
   json recent = json::array();
-  for (const fs::path& folder : settings.recent) recent.push_back(folder.string());
+  for (const fs::path& folder : settings.recent) recent.push_back(text_of_path(folder));
   const json j{{"width", settings.width},
                {"height", settings.height},
                {"maximised", settings.maximised},
@@ -74,7 +75,7 @@ Result<void> write_settings(const fs::path& path, const Settings& settings) {
                {"scale_percent", settings.scale_percent},
                {"licences_shown", settings.licences_shown},
                {"recent", recent}};
-  return write_text(path, json_text_replacing(j, 2) + "\n");
+  return write_text(path, json_text(j, 2) + "\n");
 }
 
 void remember_recent(Settings& settings, const fs::path& project) {

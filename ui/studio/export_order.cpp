@@ -92,7 +92,8 @@ Film posed_film(const ExportOrder& order) {
   const int frames = orbit ? std::max(2, int(std::lround(choice.seconds * choice.frames_per_second))) : 1;
   const float from = value_at(*order.performance, "camera yaw", order.time_s);
   Film film;
-  for (const double yaw : orbit_yaws(frames, orbit ? choice.half_angle_deg : 0)) {
+  for (const double yaw :
+       orbit_yaws(steady_times(frames, choice.frames_per_second), orbit ? choice.half_angle_deg : 0)) {
     Performance seen = *order.performance;
     seen.channels["camera yaw"] = {{0, from + float(yaw)}};
     DirectedMoment moment = direct_moment(order.contents->avatar->directed, seen, order.time_s);

@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "core/base/natural_order.h"
 #include "core/video/video_name.h"
 
 namespace likeness::ui {
@@ -78,7 +79,7 @@ std::vector<FolderEntry> list_folder(const fs::path& folder, Wanted wanted) {
   std::ranges::sort(entries, [](const FolderEntry& a, const FolderEntry& b) {
     if (a.project != b.project) return a.project;
     if (a.folder != b.folder) return a.folder;
-    return lower(a.name) < lower(b.name);
+    return naturally_before(a.name, b.name);
   });
   return entries;
 }

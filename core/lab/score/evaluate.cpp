@@ -89,9 +89,9 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   if (!options.video.empty()) {
     const int width = capture.inside.empty() ? capture.size : capture.inside.width,
               height = capture.inside.empty() ? capture.size : capture.inside.height;
-    auto writer =
-        VideoWriter::create(options.video, width * 3, height,
-                            {.frames_per_second = std::clamp(capture.frames_per_second, 1.0, 240.0)});
+    auto writer = VideoWriter::create(
+        options.video, width * 3, height,
+        {.frames_per_second = std::clamp(capture.frames_per_second, 1.0, 240.0), .timed = true});
     if (!writer) return writer.error();
     video.emplace(std::move(*writer));
   }
@@ -114,6 +114,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   int refit_numbers = 0;
   double render_s = 0, samples = 0;
   const std::set<int> held_out = held_out_frames(capture);
+  std::optional<double> started_s;  // of the film
   for (const int frame : held_out) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(result.frames_test + result.frames_lost) / double(held_out.size()),
@@ -169,7 +170,9 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
 
     const Image8 pair = beside(*truth, picture);
     if (video) {
-      if (const auto added = video->add(pair); !added) return added.error();
+      if (!started_s) started_s = time_of_frame(capture, frame);
+      if (const auto added = video->add(pair, time_of_frame(capture, frame) - *started_s); !added)
+        return added.error();
     }
     if (!options.pictures.empty()) {
       const auto written = write_image(options.pictures / fmt::format("{:06}.png", frame), pair);

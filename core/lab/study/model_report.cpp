@@ -399,7 +399,7 @@ std::string models_json(const ModelStudy& study) {
                      {"times_sooner", r->times_sooner},
                      {"times_faster", r->times_faster},
                      {"times_faster_full", finite_or_null(r->times_faster_full)}};
-  return json_text_replacing(all, 1) + "\n";
+  return json_text(all, 1) + "\n";
 }
 
 Result<StudySteps> read_study_steps(const fs::path& results) {

@@ -5,6 +5,7 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/base/path_text.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
 #include "core/face/landmarks.h"
@@ -151,7 +152,7 @@ Result<Project> make_variant_project(const Project& studied, const std::string& 
   if (!tracked) return tracked.error();
   auto track = read_track(*tracked);
   if (!track) return track.error();
-  track->head_model_file = project.options.shared.head_model.string();
+  track->head_model_file = text_of_path(project.options.shared.head_model);
   if (variant.change != nullptr) variant.change(*track, inputs->model);
   const auto track_hash = hash_file(*tracked);
   if (!track_hash) return track_hash.error();

@@ -78,7 +78,7 @@ Result<void> write_found(const KindRow& row, const CameraSet& cameras, const fs:
   const nlohmann::json json = {{"inputs", inputs},          {"assumed", row.found->assumed},
                                {"evidence", row.evidence},  {"warnings", row.warnings},
                                {"seconds", row.align.wall}, {"processor_seconds", row.align.processor}};
-  return write_text(folder / "found.json", json_text_replacing(json, 1) + "\n");
+  return write_text(folder / "found.json", json_text(json, 1) + "\n");
 }
 
 // Fills in what the stage says; without cameras where it fails as it may fail on a clip.

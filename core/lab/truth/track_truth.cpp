@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "core/base/mean_rotation.h"
+#include "core/base/path_text.h"
 #include "core/base/quantile.h"
 #include "core/base/rigid.h"
 #include "core/head/action_amounts.h"
@@ -150,7 +151,7 @@ Result<TrackTruth> read_track_truth(const fs::path& folder) {
   if (truth.track.head_model_file.empty()) {
     truth.model = make_builtin_head();
   } else {
-    auto model = load_head_model(truth.track.head_model_file);
+    auto model = load_head_model(path_of_text(truth.track.head_model_file));
     if (!model) return model.error();
     truth.model = std::move(*model);
   }

@@ -237,6 +237,7 @@ Result<void> write_overlay(const std::filesystem::path& video, const Track& trac
   std::vector<VideoFrame> batch;
   std::vector<Image8> drawn;
   std::size_t done = 0;
+  double first_s = 0;
   for (bool end = false; !end;) {
     auto next = reader->next();
     if (!next) return next.error();
@@ -250,12 +251,15 @@ Result<void> write_overlay(const std::filesystem::path& video, const Track& trac
       drawn[i] = overlay.draw(batch[i].rgb, frame ? *frame : unknown_frame(batch[i]));
     });
     if (!writer) {
-      auto created = VideoWriter::create(out, drawn[0].width, drawn[0].height, {options.frames_per_second});
+      auto created = VideoWriter::create(out, drawn[0].width, drawn[0].height,
+                                         {.frames_per_second = options.frames_per_second, .timed = true});
       if (!created) return created.error();
       writer = std::move(*created);
     }
-    for (const Image8& picture : drawn)
-      if (auto added = writer->add(picture); !added) return added.error();
+    if (done == 0) first_s = batch[0].time_s;
+    for (std::size_t i = 0; i < batch.size(); ++i)
+      if (auto added = writer->add(drawn[i], std::max(0.0, batch[i].time_s - first_s)); !added)
+        return added.error();
     done += batch.size();
     batch.clear();
     progress.report(track.frames.empty() ? 1 : static_cast<double>(done) / track.frames.size(), "overlay");

@@ -16,7 +16,7 @@ namespace likeness {
 
 struct OverlayOptions {
   int longer_side = 960;          // px of the film; small clips are enlarged, large ones reduced
-  double frames_per_second = 25;  // of the film
+  double frames_per_second = 25;  // of the film, whose frames have the clip's own times
 };
 
 // Draws tracked frames over their pictures. Lines of equal x and y of the head at rest lie on the skin, so

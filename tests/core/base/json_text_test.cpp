@@ -24,8 +24,7 @@ TEST(JsonText, TextThatIsNotJsonIsRefused) {
 
 TEST(JsonText, BytesThatAreNotUtf8) {
   const nlohmann::json value{{"file", "caf\xe9.mp4"}};
-  EXPECT_THROW(json_text(value), nlohmann::json::type_error);
-  EXPECT_EQ(json_text_replacing(value), "{\"file\":\"caf\xef\xbf\xbd.mp4\"}");
+  EXPECT_EQ(json_text(value), "{\"file\":\"caf\xef\xbf\xbd.mp4\"}");
 }
 
 }  // namespace

@@ -44,6 +44,23 @@ class CaptureFile : public ::testing::Test {
   fs::path path_;
 };
 
+// Of old disks and archives.
+TEST_F(CaptureFile, AClipWhoseNameIsNoTextIsFoundAgain) {
+  Capture c = example();
+  c.video = "/clips/m\xfcller.mp4";
+  ASSERT_TRUE(write_capture(path_, c));
+  const auto read = read_capture(path_);
+  ASSERT_TRUE(read) << read.error().what;
+  EXPECT_EQ(read->video.native(), c.video.native());
+}
+
+TEST_F(CaptureFile, TheTimeOfAFrameIsItsOwn) {
+  Capture c = example();
+  c.frames[7].time_s = 3.5;
+  EXPECT_EQ(time_of_frame(c, 7), 3.5);
+  EXPECT_NEAR(time_of_frame(c, 60), 2, 0.01) << "of a frame that was not read";
+}
+
 TEST_F(CaptureFile, GivesBackExactlyWhatWasWritten) {
   const Capture c = example();
   ASSERT_TRUE(write_capture(path_, c));

@@ -62,6 +62,16 @@ TEST(ChooseShots, ACloserCropIsLeftOutAndALampIsNot) {
   EXPECT_EQ(used(darker), (std::vector<bool>{true, true, true}));
 }
 
+TEST(ChooseShots, AnotherShapeOfPictureIsLeftOut) {
+  MadeFilm film{[](double x, double y, int) { return blotches(x, y, 0); }, always_there, 100};
+  std::vector<FaceSample> samples;
+  for (int f = 0; f < film.frames; f += 5) samples.push_back({f, test::made_face(film, f), false});
+  auto sketches = test::sketches_of(film);
+  for (int f = 40; f < 70; ++f) sketches[std::size_t(f)].shape = 1;
+  EXPECT_EQ(used(choose_shots(sketches, samples, kThree, test::kSceneWidth, test::kSceneHeight)),
+            (std::vector<bool>{true, false, true}));
+}
+
 // Together they are longer than the one between them, which is longer than either.
 TEST(ChooseShots, ThePlaceShownLongestServesNotTheLongestShot) {
   const auto shots =

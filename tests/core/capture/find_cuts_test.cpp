@@ -45,6 +45,14 @@ TEST(FindCuts, ACloserCropBeginsAShot) {
   EXPECT_EQ(shots, (std::vector<FrameSpan>{{0, kCutAt - 1}, {kCutAt, kFilm - 1}}));
 }
 
+// A call that becomes narrower for a while, or a phone that is turned: whatever it shows.
+TEST(FindCuts, AnotherShapeOfPictureBeginsAShot) {
+  auto film = test::sketches_of({resting_wall, swaying, kFilm});
+  for (int f = kCutAt; f < kCutAt + 3; ++f) film[std::size_t(f)].shape = 1;
+  EXPECT_EQ(find_shots(film),
+            (std::vector<FrameSpan>{{0, kCutAt - 1}, {kCutAt, kCutAt + 2}, {kCutAt + 3, kFilm - 1}}));
+}
+
 TEST(FindCuts, AFlashAnExposureStepAPanAndNothingAreNoCuts) {
   EXPECT_EQ(shots_in([](double x, double y, int) { return blotches(x, y, 0); }), kWhole);
   EXPECT_EQ(shots_in([](double x, double y, int f) { return blotches(x, y, 0) + (f == kCutAt ? 150 : 0); }),

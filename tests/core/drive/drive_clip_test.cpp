@@ -5,6 +5,7 @@
 
 #include "core/base/rigid.h"
 #include "core/camera/clip_camera.h"
+#include "core/direct/direct_avatar.h"
 #include "core/video/encode.h"
 #include "tests/core/export/tiny_project.h"
 #include "tests/core/lab/truth/acted_track.h"
@@ -15,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path grey_clip(const fs::path& path, int frames) {
-  auto writer = VideoWriter::create(path, 64, 48, {.frames_per_second = 30});
+  auto writer = VideoWriter::create(path, 64, 48, {.frames_per_second = 25});
   EXPECT_TRUE(writer.ok());
   for (int i = 0; i < frames; ++i) EXPECT_TRUE(writer->add(Image8(64, 48, 3, 128)).ok());
   EXPECT_TRUE(writer->finish().ok());
@@ -40,7 +41,7 @@ TEST(Driving, CarriesAFinishedTrackOverFrameByFrame) {
   const auto clip = drive_clip(opened, request, Progress(), {});
   ASSERT_TRUE(clip.ok()) << clip.error().what;
   EXPECT_EQ(clip->frames.size(), 40u);
-  EXPECT_DOUBLE_EQ(clip->frames_per_second, 30);
+  EXPECT_DOUBLE_EQ(clip->frames_per_second, 25);
   const auto poses = film_poses(*clip);
   ASSERT_EQ(poses.size(), 40u);
   EXPECT_TRUE(poses[7].world_from_head.isApprox(clip->frames[7].pose.world_from_head));
@@ -63,7 +64,28 @@ TEST(Driving, TrackOfEveryFourthFrameKeepsTheFilmsTiming) {
   const auto clip = drive_clip(tiny_opened(), request, Progress(), {});
   ASSERT_TRUE(clip.ok()) << clip.error().what;
   EXPECT_EQ(clip->frames.size(), 10u);
-  EXPECT_DOUBLE_EQ(clip->frames_per_second, 7.5);
+  EXPECT_DOUBLE_EQ(clip->frames_per_second, 6.25);
+}
+
+TEST(Driving, FramesOfAClipThatPausesKeepTheirTimes) {
+  const TinyProject project;
+  const OpenedAvatar opened = tiny_opened();
+  Track track = acted_driver(40);
+  for (TrackedFrame& frame : track.frames) frame.time_s = frame.frame / 30.0 + (frame.frame < 25 ? 0.2 : 5);
+  DriveRequest request;
+  request.video = grey_clip(project.root / "clip.mp4", 40);
+  request.track = project.root / "track.json";
+  ASSERT_TRUE(write_track(request.track, track).ok());
+  const auto clip = drive_clip(opened, request, Progress(), {});
+  ASSERT_TRUE(clip.ok()) << clip.error().what;
+  EXPECT_FALSE(is_steady(*clip));
+  EXPECT_NEAR(clip->frames_per_second, 30, 1e-6) << "of most frames, whatever the mean";
+  const auto times_s = times_of(clip->frames);
+  EXPECT_NEAR(times_s[10], 10 / 30.0, 1e-9);
+  EXPECT_NEAR(times_s[30], 1 + 4.8, 1e-9);
+  const Performance keys = performance_of(*clip, direct_avatar(opened.avatar, opened.model));
+  ASSERT_FALSE(keys.channels.empty());
+  EXPECT_NEAR(keys.channels.begin()->second.back().time_s, 39 / 30.0 + 4.8, 1e-6);
 }
 
 TEST(Driving, RefusesATrackOfALongerClip) {

@@ -331,6 +331,27 @@ TEST(Drive, NothingIsBridgedOrSmoothedAcrossACut) {
   }
 }
 
+// A phone drops the frames of five seconds, in which the driver went elsewhere in the performance.
+TEST(Drive, NothingIsSmoothedAcrossAPause) {
+  const HeadModel& model = test_head();
+  const Track whole = performed(model, neutral_articulation(model));
+  Track jumps = whole;
+  for (std::size_t i = 60; i < jumps.frames.size(); ++i) jumps.frames[i].pose = whole.frames[i - 45].pose;
+  Track pauses = jumps, first = jumps;
+  for (std::size_t i = 60; i < pauses.frames.size(); ++i) pauses.frames[i].time_s += 5;
+  first.frames.resize(60);
+  const DriveSubject self = self_of(whole, model);
+  const DriveOptions options{.gains = {{"mouthSmile_L", 1.5f}}, .clamp = false};
+  const auto jumped = drive(jumps, self, self, options), paused = drive(pauses, self, self, options),
+             alone = drive(first, self, self, options);
+  ASSERT_TRUE(jumped.ok() && paused.ok() && alone.ok());
+  const auto face = [](const std::vector<DrivenFrame>& frames, std::size_t i) {
+    return frames[i].pose.articulation.expression;
+  };
+  for (std::size_t i = 0; i < 60; ++i) EXPECT_EQ(face(*paused, i), face(*alone, i)) << i;
+  EXPECT_NE(face(*jumped, 59), face(*alone, 59));
+}
+
 TEST(Drive, RefusesWhatCannotBeDrivenWithAReason) {
   const HeadModel& model = test_head();
   Track track = performed(model, neutral_articulation(model));

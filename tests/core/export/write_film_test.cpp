@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "core/base/files.h"
 #include "core/base/rigid.h"
 #include "core/image/files.h"
 #include "core/render/camera_path.h"
@@ -177,6 +178,27 @@ TEST(Film, FolderGetsOnePicturePerFrameAndAnMp4AllOfThem) {
   EXPECT_FALSE(write_film(opened, film, {.out = project.root / "frames"}, Progress(), {}).ok())
       << "a mix of two sequences";
   EXPECT_EQ(info->width, 96);
+}
+
+TEST(Film, FramesStandAtTheirTimes) {
+  const TinyProject project;
+  const OpenedAvatar opened = tiny_opened();
+  const Film film = resting_film(opened.avatar, 4);
+  FilmOptions options{.out = project.root / "film.mp4", .frames_per_second = 30};
+  options.times_s = {0, 1.0 / 30, 0.35, 4};
+  ASSERT_TRUE(write_film(opened, film, options, Progress(), {}).ok());
+  auto reader = VideoReader::open(options.out);
+  ASSERT_TRUE(reader.ok());
+  for (const double time_s : options.times_s) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame.ok() && *frame);
+    EXPECT_NEAR((*frame)->time_s, time_s, 1e-4);
+  }
+  options.out = project.root / "frames";
+  ASSERT_TRUE(write_film(opened, film, options, Progress(), {}).ok());
+  const auto list = read_text(options.out / "pictures.ffconcat");
+  ASSERT_TRUE(list.ok());
+  EXPECT_THAT(*list, HasSubstr("file 000002.png\nduration 3.650000\nfile 000003.png\n"));
 }
 
 TEST(Film, AlphaIsStoredStraightAndCompositesOverTheBackground) {

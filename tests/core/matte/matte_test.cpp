@@ -300,6 +300,24 @@ TEST(MatteClip, WhatRestsThroughoutIsThePersonsWhereThePersonNetworkSaysSo) {
   EXPECT_EQ(*known->at(10, kSize - 6), 0);  // nobody saw what is behind the arm
 }
 
+TEST(MatteClip, TheMaskThatAClipBringsIsItsMatte) {
+  Scene scene("own");
+  for (int frame = 0; frame < kFrames; ++frame) {
+    Image8& own = scene.alpha[std::size_t(frame)];  // a hand that nobody would look for there
+    for (int y = 4; y < 20; ++y)
+      for (int x = 4; x < 20; ++x) *own.at(x, y) = std::uint8_t(80 + frame);
+    ASSERT_TRUE(write_image(scene.folder / alpha_name(frame), own).ok());
+  }
+  const auto result = scene.matte();
+  ASSERT_TRUE(result.ok()) << result.error().what;
+  EXPECT_EQ(result->report.prior, MaskPrior::clip);
+  for (int frame = 0; frame < kFrames; ++frame) {
+    const auto mask = read_image(scene.folder / "masks" / frame_name(frame).filename());
+    ASSERT_TRUE(mask.ok());
+    EXPECT_EQ(mask->data, scene.alpha[std::size_t(frame)].data) << frame;
+  }
+}
+
 TEST(MatteClip, AMovingCameraIsMattedByThePersonNetworkToo) {
   const Scene scene("moving_person", Moves::always);
   const auto result = scene.matte({}, {}, {}, {}, {}, red_network(scene));

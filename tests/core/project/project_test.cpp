@@ -169,12 +169,14 @@ TEST_F(ProjectFolder, AShapeThatIsGivenIsAnInputOfTheFit) {
   EXPECT_EQ(input_hash(*project, Stage::fit), fitted);
 }
 
-TEST_F(ProjectFolder, APathThatIsNoTextBreaksNothing) {
+TEST_F(ProjectFolder, APathThatIsNoTextStaysAsItIs) {
   ProjectOptions options;
   options.shared.video = root_ / "clip\xff.mp4";
   const auto made = open_or_create_project(root_ / "p", options);
   ASSERT_TRUE(made.ok()) << made.error().what;
-  EXPECT_TRUE(open_project(root_ / "p").ok());
+  const auto opened = open_project(root_ / "p");
+  ASSERT_TRUE(opened.ok()) << opened.error().what;
+  EXPECT_EQ(opened->options.shared.video.native(), options.shared.video.native());
 }
 
 TEST_F(ProjectFolder, ADamagedOrNewerFileIsRefusedWithARemedy) {

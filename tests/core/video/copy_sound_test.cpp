@@ -4,6 +4,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <complex>
+#include <cstdlib>
+#include <cstring>
+#include <numbers>
+
+#include "core/base/files.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
 
@@ -58,6 +65,78 @@ TEST(CopySound, FilmKeepsItsPicturesAndGainsTheSound) {
   EXPECT_TRUE(again->copied);
   EXPECT_LT(probe_video(film)->duration_s, 1.0) << "the sound ends with the pictures";
   fs::remove(film), fs::remove(next);
+}
+
+bool ffmpeg(const std::string& arguments) {
+  return std::system(("ffmpeg -y -loglevel error " + arguments + " 2> /dev/null").c_str()) == 0;
+}
+
+// Of the first sound: how loud the tone of a pitch is.
+double tone(const fs::path& film, int hertz) {
+  const fs::path raw = film.string() + ".raw";
+  EXPECT_TRUE(ffmpeg("-i " + film.string() + " -ac 1 -ar 8000 -f s16le " + raw.string()));
+  const auto bytes = read_file(raw);
+  EXPECT_TRUE(bytes.ok());
+  fs::remove(raw);
+  std::complex<double> sum;
+  const std::size_t count = bytes->size() / 2;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::int16_t value = 0;
+    std::memcpy(&value, bytes->data() + 2 * i, 2);
+    sum += value / 32768.0 * std::polar(1.0, -2 * std::numbers::pi * hertz * double(i) / 8000);
+  }
+  return count > 0 ? 2 * std::abs(sum) / double(count) : 0;
+}
+
+// As phones write it: beside the sound for everybody a richer one, of a kind that nobody else knows.
+TEST(CopySound, OfSeveralTracksTheDefaultOneThatAnMp4CanHold) {
+  if (!ffmpeg("-version > /dev/null")) GTEST_SKIP() << "needs the ffmpeg program to make sound";
+  const fs::path film = write_film("tracks", 25), clip = film.string() + ".clip.mov";
+  const auto make = [&](const std::string& first_kind, const std::string& dispositions) {
+    EXPECT_TRUE(ffmpeg("-i " + film.string() +
+                       " -f lavfi -i sine=f=440:d=1 -f lavfi -i sine=f=1000:d=1 -map 0:v -map 1:a -map 2:a "
+                       "-c:v copy -c:a aac -b:a:0 32k -b:a:1 192k " +
+                       first_kind + dispositions + clip.string()));
+  };
+  const auto copied = [&] {
+    const fs::path next = write_film("next", 25);
+    const auto done = copy_sound(clip, next);
+    EXPECT_TRUE(done.ok() && done->copied) << (done.ok() ? done->why_not : done.error().what);
+    const bool first = tone(next, 440) > tone(next, 1000);
+    fs::remove(next);
+    return first ? 440 : 1000;
+  };
+  const std::string first_is_default = "-disposition:a:0 default -disposition:a:1 0 ";
+  make("", first_is_default);
+  EXPECT_EQ(copied(), 440);
+  make("", "-disposition:a:0 0 -disposition:a:1 default ");
+  EXPECT_EQ(copied(), 1000);
+  // The default one is of a kind that no mp4 holds, then of one that is not known at all.
+  make("-c:a:0 pcm_s16le ", first_is_default);
+  EXPECT_EQ(copied(), 1000);
+  auto bytes = *read_file(clip);
+  const std::string_view known = "sowt";
+  const auto at = std::search(bytes.begin(), bytes.end(), known.begin(), known.end(),
+                              [](std::byte a, char b) { return a == std::byte(b); });
+  ASSERT_NE(at, bytes.end());
+  std::memcpy(&*at, "apac", 4);
+  ASSERT_TRUE(write_file(clip, bytes).ok());
+  EXPECT_EQ(copied(), 1000);
+  fs::remove(film), fs::remove(clip);
+}
+
+TEST(CopySound, BeginsWhereTheFilmDoes) {
+  if (!ffmpeg("-version > /dev/null")) GTEST_SKIP() << "needs the ffmpeg program to make sound";
+  const fs::path film = write_film("late", 50), clip = film.string() + ".clip.mp4";
+  ASSERT_TRUE(ffmpeg("-i " + film.string() +
+                     " -f lavfi -i sine=f=440:d=1 -f lavfi -i sine=f=1000:d=1 -filter_complex "
+                     "[1:a][2:a]concat=v=0:a=1 -c:v copy -c:a aac " +
+                     clip.string()));
+  const fs::path end = write_film("end", 22);
+  const auto copied = copy_sound(clip, end, 1.1);
+  ASSERT_TRUE(copied.ok() && copied->copied);
+  EXPECT_GT(tone(end, 1000), 20 * tone(end, 440));
+  fs::remove(film), fs::remove(clip), fs::remove(end);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 
@@ -278,6 +279,148 @@ TEST_F(Decode, ATruncatedFileWithItsIndexAtTheEndIsNamedIncomplete) {
   const Error error = error_of(cut(folder_ / "b.mp4", 0.8));
   EXPECT_EQ(error.code, ErrorCode::bad_input);
   EXPECT_THAT(error.what, HasSubstr("is cut short before its index"));
+}
+
+// A Matroska file claims the length of its longest stream, counted from zero.
+TEST_F(Decode, AMatroskaFileIsJudgedByItsOwnPictures) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make Matroska files";
+  write_clip(folder_ / "a.mp4", 64, 64, 50);
+  const std::string cases[] = {
+      "-i a.mp4 -f lavfi -i sine=d=9 -map 0:v -map 1:a -c:v copy -c:a aac sound.mkv",
+      "-itsoffset 4 -i a.mp4 -f lavfi -i sine=d=4 -map 0:v -map 1:a -c:v copy -c:a aac late.mkv",
+      "-i a.mp4 -c:v copy -output_ts_offset 4 clock.mkv",
+      "-i a.mp4 -f lavfi -i sine=d=9 -map 0:v -map 1:a -c:v libvpx -c:a libopus sound.webm"};
+  for (const std::string& arguments : cases) {
+    ASSERT_EQ(ffmpeg(arguments), 0) << arguments;
+    auto reader = VideoReader::open(folder_ / arguments.substr(arguments.rfind(' ') + 1));
+    ASSERT_TRUE(reader) << arguments;
+    EXPECT_NEAR(reader->info().duration_s, 2, 0.1) << arguments;
+    EXPECT_NEAR(reader->info().frame_count, 50, 3) << arguments;
+    EXPECT_EQ(frames_of(*reader).size(), 50u) << arguments;
+  }
+}
+
+TEST_F(Decode, ATruncatedMatroskaFileIsToldFromAWholeOne) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make Matroska files";
+  write_clip(folder_ / "a.mp4", 64, 64, 50);
+  ASSERT_EQ(
+      ffmpeg(
+          "-i a.mp4 -f lavfi -i sine=d=2 -map 0:v -map 1:a -c:v copy -c:a aac -cluster_time_limit 500 b.mkv"),
+      0);
+  EXPECT_THAT(error_of(cut(folder_ / "b.mkv", 0.7)).what, HasSubstr("is cut short after frame"));
+  // What is missing here is the index alone, and what nothing claims to be there is not missing.
+  const auto bytes = *read_file(folder_ / "b.mkv");
+  const std::array<std::byte, 4> index{std::byte(0x1c), std::byte(0x53), std::byte(0xbb), std::byte(0x6b)};
+  const auto at = std::find_end(bytes.begin(), bytes.end(), index.begin(), index.end());
+  ASSERT_NE(at, bytes.end());
+  ASSERT_TRUE(write_file(folder_ / "c.mkv", std::span(bytes).first(std::size_t(at - bytes.begin()) + 8)));
+  EXPECT_EQ(error_of(folder_ / "c.mkv").what, "no error");
+  ASSERT_EQ(ffmpeg("-i b.mkv -c copy -live 1 -f matroska pipe:1 | cat > live.mkv"), 0);
+  EXPECT_EQ(error_of(cut(folder_ / "live.mkv", 0.7)).what, "no error");
+}
+
+TEST_F(Decode, WhatAFilmHidesIsNotSeen) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make films with alpha";
+  const std::string source =
+      "-f lavfi -i \"color=c=red:s=96x64:r=25:d=0.2,format=yuva444p,geq=lum='lum(X,Y)':cb='cb(X,Y)':"
+      "cr='cr(X,Y)':a='if(between(X,32,63),255,0)'\" ";
+  for (const std::string& film :
+       {std::string("-pix_fmt yuva420p -c:v libvpx-vp9 -b:v 1M vp9.webm"),
+        std::string("-pix_fmt yuva420p -c:v libvpx -auto-alt-ref 0 -b:v 1M vp8.webm"),
+        std::string("-pix_fmt yuva444p10le -c:v prores_ks -profile:v 4444 prores.mov"),
+        std::string("-pix_fmt rgba -c:v qtrle animation.mov")}) {
+    ASSERT_EQ(ffmpeg(source + film), 0) << film;
+    auto reader = VideoReader::open(folder_ / film.substr(film.rfind(' ') + 1));
+    ASSERT_TRUE(reader.ok()) << film;
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame.ok() && *frame) << film;
+    ASSERT_FALSE((*frame)->alpha.empty()) << film;
+    expect_near((*frame)->rgb.at(8, 32), 128, 128, 128, 3, film);
+    EXPECT_GT((*frame)->rgb.at(48, 32)[0], 230) << film;
+    EXPECT_NEAR(*(*frame)->alpha.at(8, 32), 0, 3) << film;
+    EXPECT_NEAR(*(*frame)->alpha.at(48, 32), 255, 3) << film;
+  }
+}
+
+// Calls and turned phones: what the header says of the picture holds for the beginning.
+TEST_F(Decode, APictureThatChangesItsShapeKeepsItsProportions) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to join films";
+  // A white disc, in its own place of either.
+  const auto disc = [&](const std::string& name, int width, int height) {
+    Image8 picture(width, height, 3, 60);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        if (std::hypot(x - width / 2, y - height / 2) < width / 4.0) std::fill_n(picture.at(x, y), 3, 250);
+    auto writer = VideoWriter::create(folder_ / (name + ".mp4"), width, height, {.crf = 4});
+    ASSERT_TRUE(writer.ok());
+    for (int i = 0; i < 6; ++i) ASSERT_TRUE(writer->add(picture).ok());
+    ASSERT_TRUE(writer->finish().ok());
+    ASSERT_EQ(ffmpeg("-i " + name + ".mp4 -c:v libvpx -crf 4 -b:v 4M " + name + ".webm"), 0);
+  };
+  disc("wide", 256, 256), disc("tall", 180, 320);
+  std::ofstream(folder_ / "list.txt") << "file wide.webm\nfile tall.webm\nfile wide.webm\n";
+  ASSERT_EQ(ffmpeg("-f concat -i list.txt -c copy turned.webm"), 0);
+  for (const VideoPixels pixels : {VideoPixels::rgb, VideoPixels::luma}) {
+    auto reader = VideoReader::open(folder_ / "turned.webm", pixels);
+    ASSERT_TRUE(reader.ok());
+    for (int i = 0; i < 18; ++i) {
+      const auto frame = reader->next();
+      ASSERT_TRUE(frame.ok() && *frame) << i;
+      const Image8& picture = (*frame)->rgb;
+      EXPECT_EQ((*frame)->shape, i / 6 == 1 ? 1 : 0) << i;
+      ASSERT_EQ(picture.width, 256);
+      ASSERT_EQ(picture.height, 256);
+      int wide = 0, high = 0;
+      for (int k = 0; k < 256; ++k) wide += *picture.at(k, 128) > 180, high += *picture.at(128, k) > 180;
+      EXPECT_GT(wide, 60) << i;
+      EXPECT_NEAR(double(wide) / high, 1, 0.03) << i;
+      if (i / 6 == 1) {
+        EXPECT_LT(*picture.at(20, 128), 20) << "nothing was filmed there";
+      }
+    }
+    EXPECT_TRUE(reader->changed_shape());
+  }
+}
+
+// The same pixels, which are to be shown wider from the middle on.
+TEST_F(Decode, PixelsThatChangeTheirShapeAreShownByIt) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to join films";
+  write_clip(folder_ / "a.mp4", 96, 96, 6);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -c copy -bsf:v h264_metadata=sample_aspect_ratio=1/1 a.ts"), 0);
+  ASSERT_EQ(
+      ffmpeg("-i a.mp4 -c copy -bsf:v h264_metadata=sample_aspect_ratio=2/1 -output_ts_offset 0.24 b.ts"), 0);
+  auto bytes = *read_file(folder_ / "a.ts");
+  const auto more = *read_file(folder_ / "b.ts");
+  bytes.insert(bytes.end(), more.begin(), more.end());
+  ASSERT_TRUE(write_file(folder_ / "c.ts", bytes).ok());
+  auto reader = VideoReader::open(folder_ / "c.ts");
+  ASSERT_TRUE(reader.ok());
+  int frames = 0, shapes = 0;
+  while (true) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame.ok()) << frame.error().what;
+    if (!*frame) break;
+    ++frames, shapes = std::max(shapes, (*frame)->shape);
+    EXPECT_EQ((*frame)->rgb.width, 96);
+    if ((*frame)->shape == 1) {
+      EXPECT_LT((*frame)->rgb.at(48, 10)[0] + (*frame)->rgb.at(48, 10)[1], 40);
+    }
+  }
+  EXPECT_EQ(frames, 12);
+  EXPECT_EQ(shapes, 1);
+}
+
+// A tagged default wins, then the first: FFmpeg itself would take the larger one.
+TEST_F(Decode, OfTwoPicturesTheDefaultOneIsRead) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make two tracks";
+  write_clip(folder_ / "a.mp4", 64, 64, 10), write_clip(folder_ / "b.mp4", 160, 96, 10);
+  const std::string two = "-i a.mp4 -i b.mp4 -map 0:v -map 1:v -c copy ";
+  ASSERT_EQ(ffmpeg(two + "-disposition:v:0 default -disposition:v:1 0 first.mkv"), 0);
+  ASSERT_EQ(ffmpeg(two + "-disposition:v:0 0 -disposition:v:1 default second.mkv"), 0);
+  ASSERT_EQ(ffmpeg(two + "-disposition:v:0 0 -disposition:v:1 0 neither.mkv"), 0);
+  EXPECT_EQ(probe_video(folder_ / "first.mkv")->width, 64);
+  EXPECT_EQ(probe_video(folder_ / "second.mkv")->width, 160);
+  EXPECT_EQ(probe_video(folder_ / "neither.mkv")->width, 64);
 }
 
 TEST_F(Decode, DamageInTheMiddleIsAnErrorThatSaysWhere) {

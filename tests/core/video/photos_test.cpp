@@ -1,13 +1,16 @@
 // Claims about a folder of photographs as a clip.
 #include "core/video/photos.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <fstream>
 
 #include "core/base/files.h"
 #include "core/image/files.h"
+#include "core/video/alpha.h"
 #include "core/video/decode.h"
 #include "tests/core/video/video_test_clip.h"
 
@@ -17,7 +20,88 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-class Photos : public InFolder {};
+class Photos : public InFolder {
+ protected:
+  std::vector<std::string> listed() const {
+    std::vector<std::string> names;
+    const auto photos = list_photos(folder_);
+    EXPECT_TRUE(photos.ok()) << photos.error().what;
+    for (const fs::path& photo : photos ? *photos : std::vector<fs::path>())
+      names.push_back(photo.filename().string());
+    return names;
+  }
+};
+
+TEST_F(Photos, ComeInTheOrderInWhichPeopleNumberThem) {
+  for (const char* name : {"10.jpg", "2.jpg", "1.jpg", "IMG_9.JPG", "img_10.jpg", "IMG_0011.JPG"})
+    ASSERT_TRUE(write_image(folder_ / fs::path(name), Image8(16, 16, 3, 90)).ok()) << name;
+  EXPECT_THAT(listed(),
+              testing::ElementsAre("1.jpg", "2.jpg", "10.jpg", "IMG_9.JPG", "img_10.jpg", "IMG_0011.JPG"));
+}
+
+// What a picture hides may have any colour.
+TEST_F(Photos, WhatAPictureHidesIsNotSeen) {
+  Image8 cut_out(64, 48, 4);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) {
+      const bool person = x >= 16 && x < 40;
+      const std::uint8_t colour[] = {std::uint8_t(person ? 60 : 255), std::uint8_t(person ? 90 : 0), 0,
+                                     std::uint8_t(person ? 255 : 0)};
+      std::copy_n(colour, 4, cut_out.at(x, y));
+    }
+  Image8 opaque = cut_out;
+  for (std::size_t i = 3; i < opaque.data.size(); i += 4) opaque.data[i] = 255;
+  for (const char* name : {"1.png", "2.png", "3.png"}) ASSERT_TRUE(write_image(folder_ / name, cut_out).ok());
+  ASSERT_TRUE(write_image(folder_ / "4.png", opaque).ok());
+  auto reader = VideoReader::open(folder_, VideoPixels::both);
+  ASSERT_TRUE(reader.ok());
+  for (int i = 0; i < 4; ++i) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame.ok() && *frame);
+    const std::uint8_t* wall = (*frame)->rgb.at(4, 4);
+    EXPECT_EQ((*frame)->rgb.at(20, 4)[1], 90);
+    ASSERT_EQ((*frame)->alpha.empty(), i == 3) << "an opaque picture brings no mask";
+    if (i == 3) continue;
+    EXPECT_EQ(wall[0], kBackdrop);
+    EXPECT_EQ(wall[1], kBackdrop);
+    EXPECT_EQ(*(*frame)->luma.at(4, 4), kBackdrop);
+    EXPECT_EQ(*(*frame)->alpha.at(4, 4), 0);
+    EXPECT_EQ(*(*frame)->alpha.at(20, 4), 255);
+  }
+}
+
+TEST_F(Photos, WhatPhonesWriteIsReadAndWhatCannotBeReadIsCounted) {
+  const bool heif = reads_heif() && std::system("ffmpeg -version > /dev/null 2>&1") == 0;
+  for (int i = 1; i <= 3; ++i) {
+    ASSERT_TRUE(write_image(folder_ / fmt::format("a{}.jpg", i), Image8(64, 48, 3, 90)).ok());
+    if (!heif) continue;
+    ASSERT_EQ(
+        std::system(fmt::format("cd '{}' && ffmpeg -y -loglevel error -f lavfi -i color=c=0xC8C8C8:s=64x48 "
+                                "-frames:v 1 -c:v libaom-av1 -still-picture 1 -cpu-used 8 b{}.avif && "
+                                "mv b{}.avif b{}.AVIF",
+                                folder_.string(), i, i, i)
+                        .c_str()),
+        0);
+  }
+  EXPECT_EQ(listed().size(), heif ? 6u : 3u);
+  EXPECT_EQ(unread_pictures(folder_), "");
+  for (const char* name : {"c1.DNG", "c2.dng", "d.jxl", "notes.txt"}) std::ofstream(folder_ / name) << "raw";
+  EXPECT_THAT(unread_pictures(folder_), testing::AllOf(HasSubstr("2 .dng, 1 .jxl."), HasSubstr("JPEG")));
+  EXPECT_THAT(unread_pictures(folder_), testing::Not(HasSubstr("txt")));
+  if (heif) {
+    auto reader = VideoReader::open(folder_);
+    ASSERT_TRUE(reader.ok());
+    reader->start_at(4);
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame.ok() && *frame) << frame.error().what;
+    EXPECT_NEAR((*frame)->rgb.at(30, 20)[1], 200, 4);
+  }
+  for (int i = 1; i <= 3; ++i) fs::remove(folder_ / fmt::format("a{}.jpg", i));
+  for (int i = 1; i <= 3; ++i) fs::remove(folder_ / fmt::format("b{}.AVIF", i));
+  const auto none = list_photos(folder_);
+  ASSERT_FALSE(none.ok());
+  EXPECT_THAT(none.error().what, HasSubstr("2 .dng, 1 .jxl"));
+}
 
 // Puts an orientation tag (Exif) behind the start mark of a JPEG.
 void tag_orientation(const fs::path& jpeg, int tag) {

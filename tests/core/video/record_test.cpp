@@ -60,10 +60,20 @@ TEST_F(Record, PicturesAreWrittenAtTheirTimes) {
   EXPECT_NEAR(recording->seconds, 0.6, 1e-9);
 }
 
-TEST_F(Record, ALongGapIsCutOut) {
+TEST_F(Record, ALongGapStaysAsLong) {
   Playback camera({0, 0.1, 60.0, 60.1});
-  ASSERT_TRUE(record_clip(camera, folder_ / "a.mp4", {.frames_per_second = 10, .crf = 8}, {}, {}).ok());
+  const auto recording = record_clip(camera, folder_ / "a.mp4", {.frames_per_second = 10, .crf = 8}, {}, {});
+  ASSERT_TRUE(recording.ok()) << recording.error().what;
+  EXPECT_EQ(recording->frames, 4);
+  EXPECT_NEAR(recording->seconds, 60.2, 1e-9);
   EXPECT_EQ(shown(folder_ / "a.mp4"), (std::vector<int>{0, 1, 2, 3}));
+  auto reader = VideoReader::open(folder_ / "a.mp4");
+  ASSERT_TRUE(reader.ok());
+  for (const double time_s : {0.0, 0.1, 60.0, 60.1}) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame && *frame);
+    EXPECT_NEAR((*frame)->time_s, time_s, 1e-3);
+  }
 }
 
 TEST_F(Record, AStopKeepsWhatWasRecordedAndTheTimeIsLimited) {

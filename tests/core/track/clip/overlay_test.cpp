@@ -2,9 +2,14 @@
 #include "core/track/clip/overlay.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
 
 #include "core/head/builtin_head.h"
 #include "core/head/pose_head.h"
+#include "core/video/decode.h"
+#include "core/video/encode.h"
 
 namespace likeness {
 namespace {
@@ -58,6 +63,28 @@ TEST(TrackOverlay, ALostFrameKeepsItsPictureAndSaysWhy) {
   EXPECT_EQ(drawn(silent, 90, 240), 0);
   s.track.frames[0].reason = "no face found";
   EXPECT_NE(overlay.draw(Image8(320, 240, 3, 90), s.track.frames[0]).data, silent.data);
+}
+
+TEST(TrackOverlay, TheFilmHasTheClipsTimes) {
+  const OverlayScene s;
+  const std::string stem =
+      (std::filesystem::temp_directory_path() / ("likeness_overlay_" + std::to_string(getpid()))).string();
+  const std::vector<double> times_s{0, 0.04, 2.5, 2.52};
+  auto clip = VideoWriter::create(stem + "_clip.mp4", 320, 240, {.timed = true});
+  ASSERT_TRUE(clip.ok());
+  for (const double time_s : times_s) ASSERT_TRUE(clip->add(Image8(320, 240, 3, 90), time_s).ok());
+  ASSERT_TRUE(clip->finish().ok());
+  ASSERT_TRUE(
+      write_overlay(stem + "_clip.mp4", s.track, s.model, s.cameras, stem + "_film.mp4", {}, Progress(), {})
+          .ok());
+  auto film = VideoReader::open(stem + "_film.mp4");
+  ASSERT_TRUE(film.ok());
+  for (const double time_s : times_s) {
+    const auto frame = film->next();
+    ASSERT_TRUE(frame.ok() && *frame);
+    EXPECT_NEAR((*frame)->time_s, time_s, 1e-3);
+  }
+  for (const char* end : {"_clip.mp4", "_film.mp4"}) std::filesystem::remove(stem + end);
 }
 
 TEST(TrackOverlay, UncertainLandmarksAreRedder) {

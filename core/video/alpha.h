@@ -1,0 +1,16 @@
+// Pictures that bring their own mask: what it hides may have any colour, and nobody was meant to see it.
+#pragma once
+
+#include "core/image/image.h"
+
+namespace likeness {
+
+inline constexpr std::uint8_t kBackdrop = 128;  // of all channels, where a picture is transparent
+
+struct ShownPicture {
+  Image8 rgb;    // over the backdrop
+  Image8 alpha;  // one channel, 255 where the picture is opaque; empty: it is so nearly everywhere
+};
+ShownPicture over_backdrop(const Image8& rgba);
+
+}  // namespace likeness

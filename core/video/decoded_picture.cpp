@@ -1,0 +1,52 @@
+// Upright pixels of a decoded frame: see decoded_picture.h.
+#include "core/video/decoded_picture.h"
+
+#include <utility>
+
+#include "core/video/alpha.h"
+#include "core/video/photos.h"
+
+namespace likeness {
+
+Image8 DecodedPictures::upright(Image8 picture, const PixelRect& place) const {
+  if (picture.empty()) return picture;
+  Image8 coded = put_in_place(std::move(picture), place, width_, height_);
+  const bool as_coded = !orientation_.transposed && !orientation_.flip_x && !orientation_.flip_y;
+  return as_coded ? std::move(coded) : oriented(coded, orientation_);
+}
+
+bool DecodedPictures::show_masked(const AVFrame& decoded, const PixelRect& place, VideoPixels pixels,
+                                  VideoFrame& result) {
+  const Image8 rgba = to_rgb_.to_rgba(decoded, place.width, place.height);
+  if (rgba.empty()) return false;
+  ShownPicture shown = over_backdrop(rgba);
+  result.rgb = upright(std::move(shown.rgb), place);
+  if (!shown.alpha.empty()) result.alpha = upright(std::move(shown.alpha), place);
+  if (pixels == VideoPixels::both) result.luma = luma_of_photo(result.rgb);
+  if (pixels == VideoPixels::luma) result.rgb = luma_of_photo(result.rgb);
+  return true;
+}
+
+bool DecodedPictures::show(const AVFrame& decoded, VideoPixels pixels, const PixelRect& part,
+                           VideoFrame& result) {
+  const PixelRect place = shapes_.place(decoded);
+  if (has_alpha(decoded)) {
+    if (!show_masked(decoded, place, pixels, result)) return false;
+  } else {
+    const bool luma = pixels == VideoPixels::luma;
+    if (pixels == VideoPixels::both) {
+      result.luma = upright(to_luma_.to_luma(decoded, place.width, place.height), place);
+      if (result.luma.empty()) return false;
+    }
+    result.rgb = upright(luma ? to_luma_.to_luma(decoded, place.width, place.height)
+                              : to_rgb_.to_rgb(decoded, place.width, place.height),
+                         place);
+    if (result.rgb.empty()) return false;
+  }
+  if (part.empty()) return true;
+  for (Image8* picture : {&result.rgb, &result.luma, &result.alpha})
+    if (!picture->empty()) *picture = crop(*picture, part);
+  return true;
+}
+
+}  // namespace likeness
