@@ -34,7 +34,7 @@ int done(const AttributeArguments& a, const std::string& words) {
   if (a.common.json)
     print_json({{"project", a.project.string()}, {"attribute", a.name}});
   else
-    fmt::print(stderr, "{}\n", words);
+    tell("{}\n", words);
   return kExitDone;
 }
 

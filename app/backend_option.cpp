@@ -2,11 +2,11 @@
 #include "app/backend_option.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <map>
 
+#include "app/standard_streams.h"
 #include "core/device/load_device.h"
 
 namespace likeness::app {
@@ -47,7 +47,8 @@ Result<RenderPlace> chosen_place(const CommonOptions& options) {
   auto chosen = chosen_backend(options, FieldPrecision::bf16);
   if (!chosen) return chosen.error();
   return RenderPlace{std::move(chosen->backend), chosen->fall_back, [](const std::string& text) {
-                       fmt::print(stderr, "{}note: {}\n", ::isatty(STDERR_FILENO) ? "\r\033[K" : "", text);
+                       clear_line();
+                       tell("note: {}\n", text);
                      }};
 }
 

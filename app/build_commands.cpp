@@ -115,12 +115,11 @@ ClipFacts facts_of(const Project& project) {
 // What the clip is and what was not learnt of it, at the end of a build.
 void print_closing_words(const Project& project) {
   const ClipFacts facts = facts_of(project);
-  fmt::print(stderr, "{}\n{}\n{}\n", camera_sentence(facts.camera), mask_sentence(facts.mask),
-             parts_sentence(facts.parts));
+  tell("{}\n{}\n{}\n", camera_sentence(facts.camera), mask_sentence(facts.mask), parts_sentence(facts.parts));
   const auto avatar = read_avatar(avatar_path(project));
   if (avatar && !avatar->background_fault.empty())
-    fmt::print(stderr, "{} Judge the avatar by the person: likeness eval gives person, head and face.\n",
-               avatar->background_fault);
+    tell("{} Judge the avatar by the person: likeness eval gives person, head and face.\n",
+         avatar->background_fault);
 }
 // "camera" and "shots": of a film that was cut also those that are left out, with the reason.
 void add_shots(const Project& project, nlohmann::json& summary) {
@@ -178,20 +177,23 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
   RunObserver observer;
   if (!common.json) {
     observer.parts = [](const std::vector<AvatarPart>& parts) {
-      fmt::print(stderr, "\r\033[K  parts of this avatar, and why\n");
-      print_parts(stderr, parts);
+      clear_line();
+      tell("  parts of this avatar, and why\n");
+      tell("{}", parts_text(parts));
     };
     observer.stage_changed = [](Stage stage, const StageRecord& record) {
       if (record.state != StageState::done) return;
-      fmt::print(stderr, "\r\033[K{:>7}  {} ({:.0f} s)\n", stage_name(stage), record.message, record.seconds);
-      for (const std::string& warning : record.warnings) fmt::print(stderr, "         note: {}\n", warning);
+      clear_line();
+      tell("{:>7}  {} ({:.0f} s)\n", stage_name(stage), record.message, record.seconds);
+      for (const std::string& warning : record.warnings) tell("         note: {}\n", warning);
     };
     observer.further_changed = [](Stage stage, int number, const Project& clip) {
       const StageRecord& record = clip.record(stage);
       if (record.state != StageState::done) return;
-      fmt::print(stderr, "\r\033[K{:>7}  {}: {} ({:.0f} s)\n", stage_name(stage),
-                 further_clip_name(clip, number), record.message, record.seconds);
-      for (const std::string& warning : record.warnings) fmt::print(stderr, "         note: {}\n", warning);
+      clear_line();
+      tell("{:>7}  {}: {} ({:.0f} s)\n", stage_name(stage), further_clip_name(clip, number), record.message,
+           record.seconds);
+      for (const std::string& warning : record.warnings) tell("         note: {}\n", warning);
     };
   }
   Result<void> outcome;
@@ -205,8 +207,7 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
     print_json(summary(project));
   } else if (last == Stage::train) {
     print_closing_words(project);
-    fmt::print(stderr, "Done. Next: likeness render {} --out avatar.mp4 --camera orbit\n",
-               project.folder.string());
+    tell("Done. Next: likeness render {} --out avatar.mp4 --camera orbit\n", project.folder.string());
   }
   return kExitDone;
 }
@@ -291,14 +292,15 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   const bool nothing_new = refits && is_current(*project, Stage::fit);
   const int code = run(*project, last, arguments.common, *backend);
   if (code == kExitDone && nothing_new && !arguments.common.json)
-    fmt::print(stderr, "Nothing to do: {}\n", project->record(Stage::fit).message);
+    tell("Nothing to do: {}\n", project->record(Stage::fit).message);
   else if (code == kExitDone && refits && !arguments.common.json)
-    fmt::print(stderr, "To make masks and avatar from it: likeness train {}\n", project->folder.string());
+    tell("To make masks and avatar from it: likeness train {}\n", project->folder.string());
   return code;
 }
 
 int run_align_photos(const BuildArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
+  if (const auto free = check_free(arguments.out, "--out"); !free) return report_failure(free.error());
   AlignOptions options;
   options.seed = int(arguments.given.options.shared.seed);
   const fs::path work = fs::path(arguments.out).concat(".colmap");
@@ -322,7 +324,8 @@ int run_align_photos(const BuildArguments& arguments) {
                 {"seconds", seconds},
                 {"reprojection_px", aligned->cameras.reprojection_px}});
   } else {
-    fmt::print(stderr, "\r\033[K{}\n", aligned->evidence);
+    clear_line();
+    tell("{}\n", aligned->evidence);
   }
   return kExitDone;
 }

@@ -83,7 +83,7 @@ void print_card(const Card& card) {
     fmt::print("  {:.1f} to {:.1f} s. {}\n    {}\n", m.from_s, m.to_s, m.what, m.film_again);
   if (card.parts.empty()) return;
   fmt::print("\nParts of this avatar, and why\n");
-  print_parts(stdout, card.parts);
+  fmt::print("{}", parts_text(card.parts));
 }
 
 // Of an avatar from before trainings looked for it.
@@ -107,7 +107,7 @@ int run(const CardArguments& arguments) {
     if (holds) {
       card->holds = *holds;
     } else {
-      fmt::print(stderr, "How far the avatar holds could not be found. {}\n", holds.error().what);
+      tell("How far the avatar holds could not be found. {}\n", holds.error().what);
     }
   }
   if (arguments.common.json) {

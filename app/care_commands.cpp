@@ -25,7 +25,7 @@ int run_relink(const CareArguments& arguments) {
   if (arguments.common.json) {
     print_json({{"project", project->folder.string()}, {"video", project->options.shared.video.string()}});
   } else {
-    fmt::print(stderr, "The project's clip is now {}.\n", project->options.shared.video.string());
+    tell("The project's clip is now {}.\n", project->options.shared.video.string());
   }
   return kExitDone;
 }
@@ -39,20 +39,20 @@ int run_repair(const CareArguments& arguments) {
                 {"repaired", damaged},
                 {"video", project->options.shared.video.string()}});
   } else if (!damaged) {
-    fmt::print(stderr, "The project is whole: nothing was changed.\n");
+    tell("The project is whole: nothing was changed.\n");
   } else {
-    fmt::print(stderr,
-               "The project is repaired. Its clip: {}.\nOther choices are the defaults again: look through "
-               "them before the next run.\n",
-               project->options.shared.video.empty() ? "not known; name it with likeness relink"
-                                                     : project->options.shared.video.string());
+    tell(
+        "The project is repaired. Its clip: {}.\nOther choices are the defaults again: look through "
+        "them before the next run.\n",
+        project->options.shared.video.empty() ? "not known; name it with likeness relink"
+                                              : project->options.shared.video.string());
   }
   return kExitDone;
 }
 
 int run_delete(const CareArguments& arguments) {
   if (!arguments.yes) {
-    const auto project = open_project(arguments.project);
+    const auto project = open_project(arguments.project, Links::ignored);
     if (!project && !find_damaged_project(arguments.project)) return report_failure(project.error());
     return report_failure(
         {ErrorCode::bad_input,
@@ -68,7 +68,7 @@ int run_delete(const CareArguments& arguments) {
     print_json({{"bytes", deleted->bytes}, {"folder_gone", deleted->folder_gone}, {"kept", deleted->kept}});
     return kExitDone;
   }
-  fmt::print(stderr, "{}\n", deletion_words(*deleted));
+  tell("{}\n", deletion_words(*deleted));
   return kExitDone;
 }
 

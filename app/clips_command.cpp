@@ -87,7 +87,7 @@ int run_clips(const ClipsArguments& arguments) {
                words.empty() ? "" : " ", words, clip.at("message").get<std::string>());
   }
   if (arguments.remove || !arguments.add.empty())
-    fmt::print(stderr, "To make the avatar from these clips: likeness train {}\n", project->folder.string());
+    tell("To make the avatar from these clips: likeness train {}\n", project->folder.string());
   return kExitDone;
 }
 

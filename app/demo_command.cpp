@@ -80,7 +80,7 @@ int run(DemoArguments arguments) {
   if (arguments.common.json) {
     print_json({{"video", video}, {"frames", arguments.options.frames}});
   } else {
-    fmt::print(stderr, "Wrote {}. Next: likeness build {} --project demo.likeness\n", video, video);
+    tell("Wrote {}. Next: likeness build {} --project demo.likeness\n", video, video);
   }
   return kExitDone;
 }

@@ -119,12 +119,11 @@ int run(DriveArguments& a) {
                 {"beyond_holds", beyond_holds_json(holds, done.beyond)}});
     return kExitDone;
   }
-  fmt::print(stderr, "Wrote {} ({} frames, {}).\n", a.film.out.string(), done.frames,
-             done.sound.copied ? "with the clip's sound" : "without sound: " + done.sound.why_not);
-  for (const std::string& warning : done.warnings) fmt::print(stderr, "{}\n", warning);
+  tell("Wrote {} ({} frames, {}).\n", a.film.out.string(), done.frames,
+       done.sound.copied ? "with the clip's sound" : "without sound: " + done.sound.why_not);
+  for (const std::string& warning : done.warnings) tell("{}\n", warning);
   if (done.bridged > 0)
-    fmt::print(stderr, "In {} frames the driver's face was lost; the motion is interpolated there.\n",
-               done.bridged);
+    tell("In {} frames the driver's face was lost; the motion is interpolated there.\n", done.bridged);
   warn_beyond_holds(holds, done.beyond);
   return kExitDone;
 }

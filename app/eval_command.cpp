@@ -103,10 +103,10 @@ int run(const EvalArguments& arguments) {
   // project's.
   const bool up_to_date = is_current(*project, Stage::train);
   if (!up_to_date) {
-    fmt::print(stderr,
-               "note: the clip, the track or the options changed after this avatar was trained; "
-               "likeness train {} brings it up to date.\n",
-               project->folder.string());
+    tell(
+        "note: the clip, the track or the options changed after this avatar was trained; "
+        "likeness train {} brings it up to date.\n",
+        project->folder.string());
   }
   if (arguments.common.json) {
     print_json(to_json(e, *avatar, arguments.options.quality, up_to_date));

@@ -7,6 +7,7 @@
 
 #include <string>
 
+#include "app/standard_streams.h"
 #include "core/holds/hold_rules.h"
 #include "core/lab/beyond/check_agreement.h"
 
@@ -61,10 +62,10 @@ nlohmann::json beyond_holds_json(const std::optional<HoldingRange>& range, const
 
 void warn_beyond_holds(const std::optional<HoldingRange>& range, const BeyondHolds& beyond) {
   if (!range || beyond.empty()) return;
-  fmt::print(stderr, "{} {} beyond what the avatar holds; expect faults there. To film in addition:\n",
-             beyond.frames, beyond.frames == 1 ? "frame goes" : "frames go");
+  tell("{} {} beyond what the avatar holds; expect faults there. To film in addition:\n", beyond.frames,
+       beyond.frames == 1 ? "frame goes" : "frames go");
   for (const HoldRemark& remark : beyond_remarks(beyond, *range))
-    fmt::print(stderr, "  {}\n    {}\n", remark.what, remark.film_again);
+    tell("  {}\n    {}\n", remark.what, remark.film_again);
 }
 
 Table check_table(const HoldCheck& check) {

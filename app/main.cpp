@@ -1,5 +1,6 @@
 // likeness: the command line. Exit codes: 0 done, 1 failed (reason and remedy on stderr), 2 usage, 130
 // stopped.
+#include <cstdio>
 #include <exception>
 #include <iostream>
 #include <sstream>
@@ -9,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/manual.h"
+#include "app/standard_streams.h"
 #include "app/terminal.h"
 
 namespace {
@@ -59,6 +61,7 @@ int judge_command_lines(CLI::App& program) {
 
 int main(int argc, char** argv) {
   using namespace likeness::app;
+  open_standard_streams();
   CLI::App program{"Likeness: from a phone video of a person to a head avatar that can be directed.",
                    "likeness"};
   program.set_version_flag("--version", LIKENESS_VERSION);
@@ -87,21 +90,21 @@ int main(int argc, char** argv) {
   add_record_command(program, exit_code);
   add_demo_command(program, exit_code);
   add_doctor_command(program, exit_code);
-  if (argc == 2 && std::string_view(argv[1]) == "--parse-only") return judge_command_lines(program);
+  if (argc == 2 && std::string_view(argv[1]) == "--parse-only")
+    return after_output(judge_command_lines(program));
   stop_on_signals();  // from here on Ctrl-C ends work between two steps, with a message
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? kExitDone : kExitUsage;
+    return after_output(program.exit(error) == 0 ? kExitDone : kExitUsage);
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr,
-               "There is not enough memory for this.\nClose other programs, or use a smaller --size.\n");
+    tell("There is not enough memory for this.\nClose other programs, or use a smaller --size.\n");
     return kExitFailed;
   } catch (const std::exception& error) {
-    fmt::print(stderr,
-               "Likeness met an unexpected error: {}\nPlease report it together with the clip's details.\n",
-               error.what());
+    if (std::ferror(stdout) != 0) return after_output(kExitFailed);
+    tell("Likeness met an unexpected error: {}\nPlease report it together with the clip's details.\n",
+         error.what());
     return kExitFailed;
   }
-  return exit_code;
+  return after_output(exit_code);
 }

@@ -7,10 +7,12 @@
 
 namespace likeness::app {
 
-void print_parts(std::FILE* out, const std::vector<AvatarPart>& parts) {
+std::string parts_text(const std::vector<AvatarPart>& parts) {
+  std::string text;
   for (const AvatarPart& part : parts)
-    fmt::print(out, "  {}: {}{}\n    {}\n", part_title(part.name), part.value,
-               part.asked ? " (your choice)" : "", part.reason);
+    text += fmt::format("  {}: {}{}\n    {}\n", part_title(part.name), part.value,
+                        part.asked ? " (your choice)" : "", part.reason);
+  return text;
 }
 
 nlohmann::json parts_json(const std::vector<AvatarPart>& parts) {

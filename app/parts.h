@@ -1,7 +1,7 @@
 // The parts of an avatar, and why it has them, as the command line tells them.
 #pragma once
 
-#include <cstdio>
+#include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@
 namespace likeness::app {
 
 // Two indented lines a part: what it is, and the reason.
-void print_parts(std::FILE* out, const std::vector<AvatarPart>& parts);
+std::string parts_text(const std::vector<AvatarPart>& parts);
 
 // [{"part", "on", "by": "capture" | "user", "value", "reason"}]
 nlohmann::json parts_json(const std::vector<AvatarPart>& parts);

@@ -37,8 +37,7 @@ int run(const RecordArguments& arguments) {
   auto source = open_webcam(arguments.webcam, kToRecord);
   if (!source) return report_failure(source.error());
   if (!arguments.common.json)
-    fmt::print(stderr,
-               "Recording; Ctrl-C ends it and keeps the clip. Film only people who have agreed to it.\n");
+    tell("Recording; Ctrl-C ends it and keeps the clip. Film only people who have agreed to it.\n");
   std::optional<Result<Recording>> recording;
   {
     const ProgressLine line(arguments.common);
@@ -53,8 +52,7 @@ int run(const RecordArguments& arguments) {
   }
   if (!*recording) return report_failure(recording->error());
   const Recording& r = **recording;
-  if (r.interruption)
-    fmt::print(stderr, "The recording was cut short: {} {}\n", r.interruption->what, r.interruption->fix);
+  if (r.interruption) tell("The recording was cut short: {} {}\n", r.interruption->what, r.interruption->fix);
   if (arguments.common.json) {
     print_json({{"video", arguments.clip.string()},
                 {"frames", r.frames},
@@ -63,8 +61,8 @@ int run(const RecordArguments& arguments) {
                 {"broken_off", r.interruption.has_value()},
                 {"left_out", r.left_out}});
   } else {
-    fmt::print(stderr, "Wrote {:.1f} s to {}. Next: likeness check {}\n", r.seconds, arguments.clip.string(),
-               arguments.clip.string());
+    tell("Wrote {:.1f} s to {}. Next: likeness check {}\n", r.seconds, arguments.clip.string(),
+         arguments.clip.string());
   }
   return kExitDone;
 }

@@ -232,7 +232,7 @@ int run(RenderArguments& arguments) {
                 {"beyond_holds", beyond_holds_json(holds, beyond)}});
     return kExitDone;
   }
-  fmt::print(stderr, "Wrote {} ({} frames).\n", arguments.out.string(), frames);
+  tell("Wrote {} ({} frames).\n", arguments.out.string(), frames);
   warn_beyond_holds(holds, beyond);
   return kExitDone;
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/manual.h"
+#include "app/standard_streams.h"
 #include "core/base/parallel.h"
 #include "core/device/load_device.h"
 #include "ui/run_window.h"
@@ -47,6 +48,7 @@ likeness::Result<likeness::ui::ComputePlace> compute_place(const std::string& ba
 
 int main(int argc, char** argv) {
   using namespace likeness;
+  app::open_standard_streams();
   CLI::App program{"Likeness studio: from a phone video to a head avatar, in a window.", "likeness-studio"};
   program.set_version_flag("--version", LIKENESS_VERSION);
   app::add_manual_flag(program, manual_text());
@@ -73,12 +75,12 @@ int main(int argc, char** argv) {
   const ThreadLimit limit(threads);
   auto place = compute_place(backend);
   if (!place) {
-    fmt::print(stderr, "{}\n{}\n", place.error().what, place.error().fix);
+    app::tell("{}\n{}\n", place.error().what, place.error().fix);
     return 1;
   }
   options.compute = std::move(*place);
   const auto outcome = ui::run_window(options, to_open);
   if (outcome) return 0;
-  fmt::print(stderr, "{}\n{}\n", outcome.error().what, outcome.error().fix);
+  app::tell("{}\n{}\n", outcome.error().what, outcome.error().fix);
   return 1;
 }

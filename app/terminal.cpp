@@ -74,8 +74,8 @@ void add_common_options(CLI::App& verb, CommonOptions& options) {
 int report_failure(const Error& error, StoppedWork stopped) {
   const bool lost = error.code == ErrorCode::cancelled && stopped == StoppedWork::lost;
   const std::string& fix = lost ? "The same command starts over from the beginning." : error.fix;
-  fmt::print(stderr, "{}\n", error.what);
-  if (!fix.empty()) fmt::print(stderr, "{}\n", fix);
+  tell("{}\n", error.what);
+  if (!fix.empty()) tell("{}\n", fix);
   return error.code == ErrorCode::cancelled ? kExitStopped : kExitFailed;
 }
 
@@ -105,7 +105,7 @@ struct ProgressLine::State {
       start_fraction = report.fraction;
     }
     if (!terminal) {
-      if (report.stage != stage && !report.stage.empty()) fmt::print(stderr, "{} ...\n", report.stage);
+      if (report.stage != stage && !report.stage.empty()) tell("{} ...\n", report.stage);
       stage = report.stage;
       return;
     }
@@ -118,8 +118,8 @@ struct ProgressLine::State {
     std::string left;
     if (elapsed > 5 && gained > 0.005)
       left = "  about " + duration_text(elapsed / gained * (1 - report.fraction)) + " left";
-    fmt::print(stderr, "\r\033[K{:3.0f} %  {}  {}{}", 100 * report.fraction, stage, report.text, left);
-    std::fflush(stderr);
+    tell_text(
+        fmt::format("\r\033[K{:3.0f} %  {}  {}{}", 100 * report.fraction, stage, visible(report.text), left));
   }
 };
 
@@ -130,7 +130,7 @@ ProgressLine::ProgressLine(const CommonOptions& options) : state_(std::make_shar
 }
 
 ProgressLine::~ProgressLine() {
-  if (state_->terminal) fmt::print(stderr, "\r\033[K");
+  if (state_->terminal) clear_line();
 }
 
 std::stop_token stop_on_signals() {

@@ -11,14 +11,13 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "app/standard_streams.h"
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/render/render.h"
 #include "core/train/mode.h"
 
 namespace likeness::app {
-
-inline constexpr int kExitDone = 0, kExitFailed = 1, kExitUsage = 2, kExitStopped = 130;
 
 struct CommonOptions {
   bool json = false;  // machine-readable result on stdout, no progress line

@@ -14,6 +14,7 @@
 #include "core/capture/scan_clip.h"
 #include "core/face/landmarks.h"
 #include "core/image/files.h"
+#include "core/project/care.h"
 #include "core/project/project_head_model.h"
 #include "core/track/clip/error_strip.h"
 #include "core/track/clip/overlay.h"
@@ -96,7 +97,10 @@ Result<std::vector<FrameSpan>> find_cuts(const TrackArguments& arguments, const 
 
 int run(const TrackArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
-  for (const fs::path& written : {arguments.out, arguments.overlay, arguments.strip}) {
+  for (const auto& [written, option] :
+       {std::pair(arguments.out, "--out"), {arguments.overlay, "--overlay"}, {arguments.strip, "--strip"}}) {
+    if (const auto free = written.empty() ? Result<void>() : check_free(written, option); !free)
+      return report_failure(free.error());
     std::error_code ignored;
     if (!written.empty() && fs::equivalent(written, arguments.video, ignored))
       return report_failure({ErrorCode::bad_input, "What is written would replace the clip.",
@@ -144,8 +148,8 @@ int run(const TrackArguments& arguments) {
                 {"frames_per_second", t.frames / seconds},
                 {"seconds", seconds_json(*options.seconds, t.frames)}});
   } else {
-    fmt::print(stderr, "{} frames: {} good, {} weak, {} lost; landmarks {:.2f} px off on average.\n",
-               t.frames, t.good, t.weak, t.lost, t.inner_error_px);
+    tell("{} frames: {} good, {} weak, {} lost; landmarks {:.2f} px off on average.\n", t.frames, t.good,
+         t.weak, t.lost, t.inner_error_px);
   }
   return kExitDone;
 }

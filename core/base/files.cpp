@@ -2,6 +2,7 @@
 #include "core/base/files.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -9,6 +10,9 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <optional>
+#include <random>
+#include <regex>
 #include <utility>
 
 #include <fmt/format.h>
@@ -25,6 +29,7 @@ class FileDescriptor {
   ~FileDescriptor() {
     if (fd_ >= 0) ::close(fd_);
   }
+  FileDescriptor(FileDescriptor&& other) noexcept : fd_(other.release()) {}
   FileDescriptor(const FileDescriptor&) = delete;
   FileDescriptor& operator=(const FileDescriptor&) = delete;
   int get() const { return fd_; }
@@ -33,6 +38,11 @@ class FileDescriptor {
  private:
   int fd_;
 };
+
+// Nothing that stands there already, a link least of all, is written through.
+int create_new(const fs::path& path) {
+  return ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
+}
 
 // Writes everything or returns errno.
 int write_all(int fd, std::span<const std::byte> bytes) {
@@ -57,6 +67,42 @@ fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
+Error endless_error(const fs::path& path) {
+  return {ErrorCode::bad_input, fmt::format("{} is a pipe or a device, not a file.", path.string()),
+          "Write what comes out of it into a file, and name that.", path.string()};
+}
+
+struct PlainFile {
+  FileDescriptor fd;
+  std::uint64_t size = 0;  // bytes
+};
+
+// Without waiting for somebody to write into it, as opening a pipe does.
+Result<PlainFile> open_plain(const fs::path& path) {
+  FileDescriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (fd.get() < 0) return file_error(path, "open", errno);
+  struct stat status {};
+  if (::fstat(fd.get(), &status) != 0) return file_error(path, "read", errno);
+  if (S_ISDIR(status.st_mode)) return file_error(path, "read", EISDIR);
+  if (!S_ISREG(status.st_mode)) return endless_error(path);
+  return PlainFile{std::move(fd), std::uint64_t(std::max<off_t>(status.st_size, 0))};
+}
+
+// Up to `size` bytes from the beginning; fewer where the file became shorter.
+Result<std::vector<std::byte>> read_all(const PlainFile& file, const fs::path& path, std::size_t size) {
+  std::vector<std::byte> bytes(size);
+  std::size_t filled = 0;
+  while (filled < bytes.size()) {
+    const ssize_t got = ::read(file.fd.get(), bytes.data() + filled, bytes.size() - filled);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return file_error(path, "read", errno);
+    if (got == 0) break;
+    filled += std::size_t(got);
+  }
+  bytes.resize(filled);
+  return bytes;
+}
+
 Result<void> rename_into_place(const fs::path& temporary, const fs::path& path) {
   if (::rename(temporary.c_str(), path.c_str()) != 0) {
     const int error_number = errno;
@@ -65,6 +111,19 @@ Result<void> rename_into_place(const fs::path& temporary, const fs::path& path) 
   }
   sync_folder(folder_of(path));
   return {};
+}
+
+struct Part {
+  std::string name;
+  pid_t process = 0;
+};
+
+// What a name of temporary_name's form says.
+std::optional<Part> part_of(const std::string& name) {
+  static const std::regex form(R"(\.(.+)\.(\d{1,9})-\d+\.part(\.[^.]*)?)");
+  std::smatch found;
+  if (!std::regex_match(name, found, form)) return std::nullopt;
+  return Part{found[1], pid_t(std::stol(found[2]))};
 }
 
 }  // namespace
@@ -97,29 +156,34 @@ bool path_exists(const fs::path& path) {
   return !path.empty() && fs::exists(path, ignored);
 }
 
-Result<std::vector<std::byte>> read_file(const fs::path& path) {
-  const FileDescriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (fd.get() < 0) return file_error(path, "open", errno);
-  struct stat status {};
-  if (::fstat(fd.get(), &status) != 0) return file_error(path, "read", errno);
-  if (S_ISDIR(status.st_mode)) return file_error(path, "read", EISDIR);
-  std::vector<std::byte> bytes(std::size_t(std::max<off_t>(status.st_size, 0)));
-  std::size_t filled = 0;
-  while (filled < bytes.size()) {
-    const ssize_t got = ::read(fd.get(), bytes.data() + filled, bytes.size() - filled);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return file_error(path, "read", errno);
-    if (got == 0) break;
-    filled += std::size_t(got);
-  }
-  bytes.resize(filled);
-  return bytes;
+Result<void> check_not_endless(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_type type = fs::status(path, ignored).type();
+  const bool endless = type == fs::file_type::fifo || type == fs::file_type::socket ||
+                       type == fs::file_type::character || type == fs::file_type::block;
+  return endless ? endless_error(path) : Result<void>();
 }
 
-Result<std::string> read_text(const fs::path& path) {
-  auto bytes = read_file(path);
+Result<std::vector<std::byte>> read_file(const fs::path& path, std::uint64_t most) {
+  const auto opened = open_plain(path);
+  if (!opened) return opened.error();
+  if (opened->size > most)
+    return Error{ErrorCode::bad_input,
+                 fmt::format("{} has {} MB, more than any such file.", path.string(), opened->size >> 20),
+                 "Restore it from a backup, or have it made again.", path.string()};
+  return read_all(*opened, path, std::size_t(opened->size));
+}
+
+Result<std::string> read_text(const fs::path& path, std::uint64_t most) {
+  auto bytes = read_file(path, most);
   if (!bytes) return bytes.error();
   return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+}
+
+Result<std::vector<std::byte>> read_head(const fs::path& path, std::size_t most) {
+  const auto opened = open_plain(path);
+  if (!opened) return opened.error();
+  return read_all(*opened, path, std::size_t(std::min<std::uint64_t>(opened->size, most)));
 }
 
 Result<void> write_file(const fs::path& path, std::span<const std::byte> bytes) {
@@ -127,7 +191,7 @@ Result<void> write_file(const fs::path& path, std::span<const std::byte> bytes) 
   fs::create_directories(folder_of(path), failure);
   if (failure) return file_error(folder_of(path), "create", failure.value());
   const fs::path temporary = temporary_name(path);
-  FileDescriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  FileDescriptor fd(create_new(temporary));
   if (fd.get() < 0) return file_error(path, "write", errno);
   int error_number = write_all(fd.get(), bytes);
   if (error_number == 0 && ::fsync(fd.get()) != 0) error_number = errno;
@@ -149,7 +213,7 @@ Result<void> make_writable_folder(const fs::path& folder) {
   if (failure) return file_error(folder, "create", failure.value());
   if (!fs::is_directory(folder, failure)) return file_error(folder, "create", ENOTDIR);
   const fs::path probe = temporary_name(folder / "probe");
-  const FileDescriptor fd(::open(probe.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  const FileDescriptor fd(create_new(probe));
   if (fd.get() < 0) return file_error(folder, "write into", errno);
   // An empty file costs no block; a byte reveals a full disk now rather than after an hour's work.
   const std::byte byte{};
@@ -161,9 +225,23 @@ Result<void> make_writable_folder(const fs::path& folder) {
 }
 
 fs::path temporary_name(const fs::path& path) {
-  static std::atomic<unsigned> counter{0};
+  static std::atomic<std::uint64_t> next{std::uint64_t(std::random_device()()) << 32 |
+                                         std::random_device()()};
   return folder_of(path) / fmt::format(".{}.{}-{}.part{}", path.stem().string(), ::getpid(),
-                                       counter.fetch_add(1), path.extension().string());
+                                       next.fetch_add(0x9E3779B97F4A7C15u), path.extension().string());
+}
+
+bool is_part_name(const std::string& name) { return part_of(name).has_value(); }
+
+void remove_abandoned_parts(const fs::path& folder, std::string_view of) {
+  std::error_code ignored;
+  std::vector<fs::path> abandoned;
+  for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored)) {
+    const auto part = part_of(it->path().filename().string());
+    const bool lives = part && (::kill(part->process, 0) == 0 || errno != ESRCH);
+    if (part && !lives && (of.empty() || part->name == of)) abandoned.push_back(it->path());
+  }
+  for (const fs::path& path : abandoned) fs::remove_all(path, ignored);
 }
 
 Result<void> commit_file(const fs::path& temporary, const fs::path& path) {

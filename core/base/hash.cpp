@@ -28,6 +28,7 @@ std::string hash_text(std::string_view text) {
 }
 
 Result<std::string> hash_file(const std::filesystem::path& path) {
+  if (auto plain = check_not_endless(path); !plain) return plain.error();
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (!file) return file_error(path, "open", errno);
   const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),

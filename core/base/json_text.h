@@ -2,16 +2,26 @@
 // seconds in every file that calls them by itself.
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
 namespace likeness {
 
-// Throws nlohmann::json::parse_error where the text is not JSON.
+// What is handed on, compared or written again goes down as deep as the text does: no file of ours is deeper
+// than ten, and a stack holds some thousands.
+inline constexpr int kDeepestJson = 64;
+inline constexpr std::size_t kLargestJson = std::size_t{1} << 28;  // bytes; an hour's track has a third of it
+
+// Throws nlohmann::json::parse_error where the text is not JSON, too deep or too large.
 nlohmann::json parse_json(std::string_view text);
-// The same without exceptions: is_discarded() where the text is not JSON.
+// The same without exceptions: is_discarded() where it would throw.
 nlohmann::json try_parse_json(std::string_view text);
+
+// A number of a file. Throw nlohmann::json::exception where it is none, or not from low to high.
+double number_in(const nlohmann::json& value, double low, double high);
+int whole_number_in(const nlohmann::json& value, int low, int high);
 
 // indent: spaces a level; -1: all in one line. What is not UTF-8 in a string becomes U+FFFD (paths:
 // path_text.h).

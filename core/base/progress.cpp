@@ -2,6 +2,7 @@
 #include "core/base/progress.h"
 
 #include <algorithm>
+#include <exception>
 #include <mutex>
 
 namespace likeness {
@@ -29,7 +30,10 @@ void Progress::report(double fraction, std::string_view text) const {
   if (!root_->sink) return;
   const std::scoped_lock lock(root_->mutex);
   root_->fraction = std::max(root_->fraction, from_ + (to_ - from_) * std::clamp(fraction, 0.0, 1.0));
-  root_->sink({root_->fraction, label_, std::string(text)});
+  try {
+    root_->sink({root_->fraction, label_, std::string(text)});
+  } catch (const std::exception&) {  // who cannot be told must not end the work
+  }
 }
 
 }  // namespace likeness

@@ -1,7 +1,8 @@
 // Progress of long work: a tree of weighted stages seen as one rising number.
 //
 // A Progress is a cheap handle (copy it freely) on an interval of its root's [0, 1]. Safe from any thread.
-// The fraction shown never falls; calls that would lower it only change the text.
+// The fraction shown never falls; calls that would lower it only change the text. What a sink throws is lost:
+// a message that cannot be shown does not end the work.
 #pragma once
 
 #include <functional>

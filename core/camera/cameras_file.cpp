@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
@@ -47,22 +48,21 @@ std::optional<CameraKind> kind_from_json(const nlohmann::json& name) {
 // Reads one camera; returns what is wrong with it, or an empty string.
 std::string parse_camera(const nlohmann::json& entry, Camera& camera) {
   Intrinsics& k = camera.intrinsics;
-  camera.frame = entry.at("frame").get<int>();
-  k.width = entry.at("width").get<int>();
-  k.height = entry.at("height").get<int>();
-  k.fx = entry.at("fx").get<double>();
-  k.fy = entry.at("fy").get<double>();
-  k.cx = entry.at("cx").get<double>();
-  k.cy = entry.at("cy").get<double>();
-  k.k1 = entry.value("k1", 0.0);
-  k.k2 = entry.value("k2", 0.0);
-  k.p1 = entry.value("p1", 0.0);
-  k.p2 = entry.value("p2", 0.0);
-  if (k.width <= 0 || k.height <= 0) return fmt::format("a picture of {} x {} px", k.width, k.height);
-  if (!(k.fx > 0) || !(k.fy > 0)) return fmt::format("a focal length of {} x {} px", k.fx, k.fy);
+  camera.frame = whole_number_in(entry.at("frame"), -1, 100'000'000);
+  k.width = whole_number_in(entry.at("width"), 1, 1 << 16);
+  k.height = whole_number_in(entry.at("height"), 1, 1 << 16);
+  // In sides of the picture: lenses are 0.2 to 60 of them long. Beyond these bounds angles and places lose
+  // all digits.
+  const double side = std::max(k.width, k.height);
+  for (const auto& [name, focal] : {std::pair("fx", &k.fx), {"fy", &k.fy}})
+    *focal = number_in(entry.at(name), 0.01 * side, 1e4 * side);
+  for (const auto& [name, centre] : {std::pair("cx", &k.cx), {"cy", &k.cy}})
+    *centre = number_in(entry.at(name), -1e3 * side, 1e3 * side);
+  for (const auto& [name, bend] : {std::pair("k1", &k.k1), {"k2", &k.k2}, {"p1", &k.p1}, {"p2", &k.p2}})
+    *bend = entry.contains(name) ? number_in(entry.at(name), -1e3, 1e3) : 0;
   const auto& pose = entry.at("cam_from_world");
   if (!pose.is_array() || pose.size() != 12) return "cam_from_world without 12 numbers (row-major 3x4)";
-  for (int i = 0; i < 12; ++i) camera.cam_from_world.matrix()(i / 4, i % 4) = pose[i].get<double>();
+  for (int i = 0; i < 12; ++i) camera.cam_from_world.matrix()(i / 4, i % 4) = number_in(pose[i], -1e9, 1e9);
   const Mat3d rotation = camera.cam_from_world.linear();
   const double error = (rotation * rotation.transpose() - Mat3d::Identity()).cwiseAbs().maxCoeff();
   if (!(error < 1e-4) || rotation.determinant() < 0)

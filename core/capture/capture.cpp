@@ -21,6 +21,8 @@ using nlohmann::json;
 
 constexpr const char* kFormat = "likeness capture";
 constexpr int kVersion = 1;
+constexpr int kMostOfFrames = 100'000'000, kMostPixelsAlong = 1 << 16;  // along a side
+constexpr double kMostOther = 1e9;                                      // of any other number
 
 Error unreadable(const std::filesystem::path& path, std::string_view why) {
   return {ErrorCode::bad_input, fmt::format("{} is not a capture that can be read: {}.", path.string(), why),
@@ -38,8 +40,8 @@ json to_json(const CaptureFrame& f) {
 
 CaptureFrame frame_from_json(const json& j) {
   CaptureFrame f;
-  f.frame = j.at("frame").get<int>();
-  f.time_s = j.at("time_s").get<double>();
+  f.frame = whole_number_in(j.at("frame"), 0, kMostOfFrames);
+  f.time_s = number_in(j.at("time_s"), -kMostOther, kMostOther);
   f.sharpness = j.at("sharpness").get<double>();
   f.held_out = j.at("held_out").get<bool>();
   f.used = j.at("used").get<bool>();
@@ -56,8 +58,12 @@ json to_json(const ClipShot& s) {
 }
 
 ClipShot shot_from_json(const json& j) {
-  return {j.at("first").get<int>(),   j.at("last").get<int>(),  j.at("from_s").get<double>(),
-          j.at("to_s").get<double>(), j.at("used").get<bool>(), j.at("reason").get<std::string>()};
+  return {whole_number_in(j.at("first"), 0, kMostOfFrames),
+          whole_number_in(j.at("last"), 0, kMostOfFrames),
+          number_in(j.at("from_s"), -kMostOther, kMostOther),
+          number_in(j.at("to_s"), -kMostOther, kMostOther),
+          j.at("used").get<bool>(),
+          j.at("reason").get<std::string>()};
 }
 
 // Files from before cuts were found say nothing of shots: they are read as one.
@@ -78,26 +84,28 @@ json to_json(const PixelRect& r) {
 PixelRect rect_from_json(const json& j, const char* key) {
   const auto at = j.find(key);
   if (at == j.end()) return {};
-  return {at->at("x_px").get<int>(), at->at("y_px").get<int>(), at->at("width_px").get<int>(),
-          at->at("height_px").get<int>()};
+  const auto px = [&](const char* name) { return whole_number_in(at->at(name), 0, kMostPixelsAlong); };
+  return {px("x_px"), px("y_px"), px("width_px"), px("height_px")};
 }
 
 ClipSeconds seconds_from_json(const json& j) {
   const auto at = j.find("seconds");
   if (at == j.end()) return {};
-  return {at->at("from_s").get<double>(), at->at("to_s").get<double>()};
+  return {number_in(at->at("from_s"), 0, kMostOther), number_in(at->at("to_s"), 0, kMostOther)};
 }
 
 Capture capture_from_json(const json& j) {
   Capture c;
   c.video = path_of_text(j.at("video").get<std::string>());
   c.video_hash = j.at("video_hash").get<std::string>();
-  c.width = j.at("width_px").get<int>();
-  c.height = j.at("height_px").get<int>();
-  c.frames_per_second = j.at("frames_per_second").get<double>();
+  c.width = whole_number_in(j.at("width_px"), 1, kMostPixelsAlong);
+  c.height = whole_number_in(j.at("height_px"), 1, kMostPixelsAlong);
+  c.frames_per_second = number_in(j.at("frames_per_second"), 0, kMostOther);
   const json& crop = j.at("crop");
-  c.crop = {crop.at("x_px").get<int>(), crop.at("y_px").get<int>(), crop.at("side_px").get<int>()};
-  c.size = j.at("size_px").get<int>();
+  c.crop = {whole_number_in(crop.at("x_px"), -kMostPixelsAlong, kMostPixelsAlong),
+            whole_number_in(crop.at("y_px"), -kMostPixelsAlong, kMostPixelsAlong),
+            whole_number_in(crop.at("side_px"), 1, kMostPixelsAlong)};
+  c.size = whole_number_in(j.at("size_px"), 1, kMostPixelsAlong);
   c.film = rect_from_json(j, "film");
   c.inside = rect_from_json(j, "inside");
   const auto split = split_named(j.at("split").get<std::string>());
@@ -120,7 +128,9 @@ bool lies_within(const PixelRect& part, int width, int height) {
 
 // What later stages rely on without checking again; empty when all is well.
 std::string contradiction(const Capture& c) {
-  if (c.width <= 0 || c.height <= 0 || c.crop.side <= 0 || c.size <= 0) return "a size in it is not positive";
+  if (common_part({c.crop.x, c.crop.y, c.crop.side, c.crop.side}, {0, 0, c.width, c.height}).empty() ||
+      c.crop.side > 4 * std::max(c.width, c.height))
+    return "what was cut out does not lie in its picture";
   if (!lies_within(c.film, c.width, c.height)) return "the film does not lie in its picture";
   if (!lies_within(c.inside, c.size, c.size)) return "the filmed part of its pictures does not lie in them";
   if (c.seconds.from_s < 0 || c.seconds.to_s < 0 ||

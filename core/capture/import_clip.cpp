@@ -39,18 +39,6 @@ constexpr double kFaceShareWarned = 0.8;
 constexpr double kSecondFaceShare = 0.2;
 constexpr std::size_t kBatch = 16;  // pictures written side by side
 
-// What a killed import left behind.
-void remove_abandoned_parts(const fs::path& project) {
-  std::error_code ignored;
-  std::vector<fs::path> abandoned;
-  for (fs::directory_iterator it(project, ignored), end; !ignored && it != end; it.increment(ignored)) {
-    const std::string name = it->path().filename().string();
-    if (name.starts_with(".frames.") && name.find(".part") != std::string::npos)
-      abandoned.push_back(it->path());
-  }
-  for (const fs::path& path : abandoned) fs::remove_all(path, ignored);
-}
-
 bool is_photos(const fs::path& video) {
   std::error_code ignored;
   return fs::is_directory(video, ignored);
@@ -428,7 +416,7 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   if (!reader) return reader.error();
   reader->show_seconds(options.seconds);
   if (const auto writable = make_writable_folder(folder); !writable) return writable.error();
-  remove_abandoned_parts(folder);
+  remove_abandoned_parts(folder, "frames");
   auto detector = FaceDetector::load(options.landmark_model);
   if (!detector) return detector.error();
 

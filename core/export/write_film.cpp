@@ -283,7 +283,8 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
   const auto ground = options.alpha ? Result<Ground>(Ground{})
                                     : open_ground(avatar, chosen_background(avatar, options), picture);
   if (!ground) return ground.error();
-  const AvatarRig rig = make_rig(avatar, opened.model);
+  const auto rig = make_rig(avatar, opened.model);
+  if (!rig) return rig.error();
   const Provenance made = provenance_of(opened, options.made_at);
   const auto renderer = make_renderer(options.place, avatar);
   if (!renderer) return renderer.error();
@@ -294,7 +295,7 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
     progress.report(double(i) / double(frames), fmt::format("frame {} of {}", i + 1, frames));
     const Camera camera = with_width(film.cameras[i], options.width);
     const auto frame =
-        (*renderer)->render(camera, pose_avatar(rig, film.poses[i]), render_options(options.quality));
+        (*renderer)->render(camera, pose_avatar(*rig, film.poses[i]), render_options(options.quality));
     if (!frame) return frame.error();
     Image8 shown =
         options.alpha ? straight_alpha(frame->rgba) : over(*ground, frame->rgba, camera, options.quality);

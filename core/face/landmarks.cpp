@@ -19,6 +19,7 @@
 #include <numbers>
 
 #include "core/base/check.h"
+#include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/base/program_files.h"
 #include "core/base/quantile.h"
@@ -228,6 +229,7 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& choice) {
         "Use an unpacked 68-point dlib shape predictor (.dat), or reinstall the package libdlib-data.",
         path.string()};
   };
+  if (auto plain = check_not_endless(path); !plain) return plain.error();
   try {
     if (!predictor.empty()) {  // the system's is trusted, and reading it twice would take half a second
       std::ifstream file(path, std::ios::binary);

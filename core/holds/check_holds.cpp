@@ -68,11 +68,11 @@ struct Shown {
 
 class Looker {
  public:
-  Looker(const Avatar& avatar, const HeadModel& model, FrameRenderer& renderer, int side)
+  Looker(const Avatar& avatar, const HeadModel& model, AvatarRig rig, FrameRenderer& renderer, int side)
       : avatar_(avatar),
         model_(model),
         renderer_(renderer),
-        rig_(make_rig(avatar, model)),
+        rig_(std::move(rig)),
         side_(side),
         map_(make_skin_map(model, posed(avatar.neutral))) {}
 
@@ -342,7 +342,9 @@ Result<HoldCheck> check_holds(const Avatar& avatar, const HeadModel& model, cons
   if (stop.stop_requested()) return cancelled_error();
   const auto renderer = make_renderer(place, avatar);
   if (!renderer) return renderer.error();
-  const Looker looker(avatar, model, **renderer, options.side_px);
+  auto rig = make_rig(avatar, model);
+  if (!rig) return rig.error();
+  const Looker looker(avatar, model, std::move(*rig), **renderer, options.side_px);
   HoldCheck check;
   const auto [yaw, pitch] = yaw_and_pitch_deg(avatar.cam_from_world * avatar.world_from_head);
   check.typical_yaw_deg = yaw, check.typical_pitch_deg = pitch;

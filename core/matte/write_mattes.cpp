@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -76,12 +78,16 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
   return {};
 }
 
+// The regions of a frame, where they are whole.
+bool has_regions(const Stage& stage, int frame) {
+  const auto regions = read_image(stage.folder / "regions" / frame_name(frame).filename());
+  return regions && regions->width == stage.capture.width && regions->height == stage.capture.height;
+}
+
 bool regions_complete(const Stage& stage) {
-  std::error_code ignored;
-  for (const auto& frame : stage.capture.frames)
-    if (frame.held_out && !fs::exists(stage.folder / "regions" / frame_name(frame.frame).filename(), ignored))
-      return false;
-  return true;
+  return std::ranges::all_of(stage.capture.frames, [&](const CaptureFrame& frame) {
+    return !frame.held_out || has_regions(stage, frame.frame);
+  });
 }
 
 Result<void> write_regions(const Stage& stage, const std::vector<Job>& jobs, const fs::path& masks,
@@ -95,7 +101,7 @@ Result<void> write_regions(const Stage& stage, const std::vector<Job>& jobs, con
     // Frozen once made: two tracks of one capture are scored on the same pixels.
     const fs::path name = frame_name(job.frame).filename();
     std::error_code fault;
-    if (fs::exists(stage.folder / "regions" / name, fault)) {
+    if (has_regions(stage, job.frame)) {
       fs::copy_file(stage.folder / "regions" / name, *folder / name, fault);
       if (fault) return file_error(*folder / name, "write", fault.value());
       continue;

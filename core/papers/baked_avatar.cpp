@@ -359,7 +359,9 @@ Result<BakedAvatar> bake_avatar(const Avatar& avatar, const TrainingSet& set, co
   const auto conditions_count = std::size_t(avatar.condition.rows.rows());
 
   // -- Occupancy
-  const AvatarRig rig = make_rig(avatar, set.model);
+  const auto made = make_rig(avatar, set.model);
+  if (!made) return made.error();
+  const AvatarRig& rig = *made;
   const std::vector<AvatarPose> poses = corrected_poses(set, avatar.condition, {});
   const RaySource source =
       make_ray_source(set, poses, rig.shape, avatar.head.cube, avatar.torso ? &avatar.torso->cube : nullptr,

@@ -210,9 +210,11 @@ Result<NerfAvatar> train_nerf(const TrainingSet& set, const NerfOptions& options
   const ConditionMap map = learn_condition_map(set.model, shape, articulations,
                                                mode.expression ? ConditionOptions{} : kNoCondition);
   const Volumes volumes = make_volumes(set, shape);
-  const WarpFrame warp =
-      mode.warp ? make_warp_frame(set.model, shape, typical_articulation(set), kWarpCell, &set.detail)
-                : WarpFrame{};
+  const auto made = mode.warp
+                        ? make_warp_frame(set.model, shape, typical_articulation(set), kWarpCell, &set.detail)
+                        : Result<WarpFrame>(WarpFrame{});
+  if (!made) return made.error();
+  const WarpFrame& warp = *made;
   const std::vector<AvatarPose> poses = corrected_poses(set, map, {});
 
   Training t{.options = options};

@@ -2,7 +2,6 @@
 #include "core/project/care.h"
 
 #include <algorithm>
-#include <regex>
 #include <string_view>
 #include <system_error>
 
@@ -12,10 +11,10 @@
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/project/build_forecast.h"
-#include "core/project/comparison_folder.h"
 #include "core/project/corrections.h"
 #include "core/project/damaged_project.h"
 #include "core/project/further_clips.h"
+#include "core/project/own_names.h"
 #include "core/project/project_attributes.h"
 #include "core/video/video_name.h"
 
@@ -24,53 +23,6 @@ namespace likeness {
 namespace fs = std::filesystem;
 
 namespace {
-
-// All that is ever written into a project's folder. project.json comes last: as long as it exists, a failed
-// deletion can be repeated.
-constexpr std::string_view kNames[] = {"frames",
-                                       "masks",
-                                       "regions",
-                                       "masks.part",
-                                       "masks.old",
-                                       "regions.part",
-                                       "regions.old",
-                                       "colmap",
-                                       "decoded",
-                                       "clips",
-                                       kComparisonFolder,
-                                       "plate.png",
-                                       "plate_known.png",
-                                       "plate.json",
-                                       "matte_report.json",
-                                       "attribute_values.json",
-                                       "attribute_values.next.json",
-                                       "detail.npz",
-                                       "track.json",
-                                       "cameras.json",
-                                       "capture.json",
-                                       "checkpoint.bin",
-                                       "avatar.bin",
-                                       "room.bin",
-                                       "training_curve.json",
-                                       "diagnostics.txt",
-                                       "project.damaged.json",
-                                       "track_first.json",
-                                       "refits.json",
-                                       "project.json"};
-
-// Apart from performances and what was painted.
-bool is_project_name(const std::string& name) { return std::ranges::find(kNames, name) != std::end(kNames); }
-
-// A file that a killed process was writing: .NAME.PID-N.part, perhaps with an ending (core/base/files).
-bool is_abandoned_part(const std::string& name) {
-  static const std::regex form(R"(\.[^/]+\.\d+-\d+\.part(\.[^./]+)?)");
-  return std::regex_match(name, form);
-}
-
-// performance.json, and what was saved beside it.
-bool is_performance(const std::string& name) {
-  return name.starts_with("performance") && name.ends_with(".json");
-}
 
 bool same_file(const fs::path& a, const fs::path& b) {
   std::error_code ignored;
@@ -106,7 +58,7 @@ struct ClipGuard {
 };
 
 Result<ClipGuard> clip_guard(const fs::path& folder) {
-  const auto project = open_project(folder);
+  const auto project = open_project(folder, Links::ignored);
   const auto with_further = [&](ClipGuard guard, const std::vector<int>& numbers) {
     for (const int number : numbers)
       if (const auto further = open_further_clip({.folder = folder}, number))
@@ -119,29 +71,35 @@ Result<ClipGuard> clip_guard(const fs::path& folder) {
   return with_further({damaged->clips, !damaged->clips.empty()}, damaged->further_clips);
 }
 
+Error taken(std::string_view what, const fs::path& out, std::string_view option) {
+  return {ErrorCode::bad_input, fmt::format("{} names {}.", option, what),
+          fmt::format("Give {} a name of its own.", option), out.string()};
+}
+
 }  // namespace
 
-Result<void> check_free(const Project& project, const fs::path& out, std::string_view option) {
-  const auto taken = [&](std::string_view what) {
-    return Error{ErrorCode::bad_input, fmt::format("{} names {}.", option, what),
-                 fmt::format("Give {} a name of its own.", option), out.string()};
-  };
-  std::vector<fs::path> clips{project.options.shared.video};
-  for (const int number : project.further_clips)
-    if (const auto further = open_further_clip(project, number))
-      clips.push_back(further->options.shared.video);
-  for (const fs::path& clip : clips)
-    if (!clip.empty() && (clip.lexically_normal() == out.lexically_normal() || same_file(clip, out)))
-      return taken("a clip that the avatar is made from");
+Result<void> check_free(const fs::path& out, std::string_view option) {
   std::error_code failure;
   for (fs::path at = fs::weakly_canonical(fs::absolute(out, failure), failure);
        !failure && at.has_relative_path(); at = at.parent_path()) {
     const std::string name = at.filename().string();
     const bool own =
         is_project_name(name) || (fs::exists(at) && (is_performance(name) || is_attributes_file(name)));
-    if (own && same_file(at.parent_path(), project.folder)) return taken("what the project keeps");
+    if (own && path_exists(at.parent_path() / "project.json"))
+      return taken("what a project keeps", out, option);
   }
   return {};
+}
+
+Result<void> check_free(const Project& project, const fs::path& out, std::string_view option) {
+  std::vector<fs::path> clips{project.options.shared.video};
+  for (const int number : project.further_clips)
+    if (const auto further = open_further_clip(project, number))
+      clips.push_back(further->options.shared.video);
+  for (const fs::path& clip : clips)
+    if (!clip.empty() && (clip.lexically_normal() == out.lexically_normal() || same_file(clip, out)))
+      return taken("a clip that the avatar is made from", out, option);
+  return check_free(out, option);
 }
 
 std::optional<Error> missing_clip(const Project& project) {
@@ -214,6 +172,9 @@ Result<void> check_rest_frames(const Capture& capture, const std::vector<int>& f
 std::string deletion_words(const DeletedPerson& deleted) {
   std::string words =
       fmt::format("The person is deleted: {:.1f} MB were removed.", double(deleted.bytes) / 1e6);
+  if (!deleted.links.empty())
+    words += fmt::format(" Of {} only the links were removed, not what they lead to.",
+                         fmt::join(deleted.links, ", "));
   if (!deleted.kept.empty()) words += fmt::format(" Kept: {}.", fmt::join(deleted.kept, ", "));
   if (!deleted.kept.empty() && !deleted.clip_known)
     words +=
@@ -225,14 +186,14 @@ std::string deletion_words(const DeletedPerson& deleted) {
 Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
   const auto guard = clip_guard(folder);
   if (!guard) return guard.error();
-  const auto lock = ProjectLock::acquire({.folder = folder});
+  const auto lock = ProjectLock::acquire({.folder = folder}, Links::ignored);
   if (!lock) return lock.error();
   std::vector<fs::path> going;
   std::error_code failure;
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
     const std::string name = it->path().filename().string();
-    const bool own = std::ranges::find(kNames, name) != std::end(kNames) || is_abandoned_part(name) ||
-                     is_performance(name) || is_corrections_folder(name) || is_attributes_file(name) ||
+    const bool own = is_project_name(name) || is_part_name(name) || is_performance(name) ||
+                     is_corrections_folder(name) || is_attributes_file(name) ||
                      (name == "exports" && !keep_exports);
     if (own && name != "project.json" && !guard->may_hold_it(it->path())) going.push_back(it->path());
   }
@@ -242,12 +203,16 @@ Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
   deleted.clip_known = guard->known;
   // If the folder of further clips may hold the film, only what was made from those clips is deleted.
   const fs::path further = folder / "clips";
-  if (std::ranges::find(going, further) == going.end())
-    for (fs::directory_iterator it(further, failure), end; !failure && it != end; it.increment(failure))
+  if (std::ranges::find(going, further) == going.end() && !is_link(further))
+    for (fs::directory_iterator it(further, failure), end; !failure && it != end; it.increment(failure)) {
+      if (is_link(it->path())) continue;
       if (const auto inner = delete_person(it->path(), false)) deleted.bytes += inner->bytes;
+    }
   failure.clear();
   for (const fs::path& path : going) {
-    const bool is_folder = fs::is_directory(fs::symlink_status(path, failure));
+    const fs::file_type type = fs::symlink_status(path, failure).type();
+    const bool is_folder = type == fs::file_type::directory;
+    if (type == fs::file_type::symlink) deleted.links.push_back(path.filename().string());
     const std::uint64_t bytes = is_folder ? folder_bytes(path) : fs::file_size(path, failure);
     failure.clear();
     fs::remove_all(path, failure);

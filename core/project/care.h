@@ -24,6 +24,8 @@ Result<Project> relink_clip(const std::filesystem::path& folder, const std::file
 // what the project keeps or what lies in it; a performance that exists, or what was painted, is no more
 // replaced than the track. option: what the path was given as, for the message.
 Result<void> check_free(const Project& project, const std::filesystem::path& out, std::string_view option);
+// The same of whoever writes beside no project of its own: no project's files.
+Result<void> check_free(const std::filesystem::path& out, std::string_view option);
 
 // Whether these frames may be left out of the training: known ones that train. Held-out frames measure the
 // avatar; leaving one out would flatter it, so they are refused by number.
@@ -35,7 +37,8 @@ Result<void> check_rest_frames(const Capture& capture, const std::vector<int>& f
 struct DeletedPerson {
   std::uint64_t bytes = 0;
   bool folder_gone = false;
-  std::vector<std::string> kept;  // names in the folder that are none of Likeness's, or were to be kept
+  std::vector<std::string> links;  // names that were links; what they lead to is as it was
+  std::vector<std::string> kept;   // names in the folder that are none of Likeness's, or were to be kept
   // False: the project was damaged and no longer tells which film is the clip. Folders with films in them
   // were kept, exports among them.
   bool clip_known = true;

@@ -4,11 +4,11 @@
 
 #include <filesystem>
 
+#include "core/project/own_names.h"
 #include "core/project/project.h"
 
 namespace likeness {
 
-inline constexpr const char* kComparisonFolder = "comparison";
 inline std::filesystem::path comparison_folder(const Project& project) {
   return project.folder / kComparisonFolder;
 }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
-#include <regex>
 
 #include <fmt/format.h>
 
@@ -29,11 +28,6 @@ std::optional<int> frame_of(const fs::path& file) {
 }
 
 }  // namespace
-
-bool is_corrections_folder(const std::string& name) {
-  static const std::regex form(R"(corrections((-\d+)?\.old)?)");
-  return std::regex_match(name, form);
-}
 
 fs::path strokes_path(const Project& project, int frame) {
   return corrections_path(project) / fmt::format("{:06}.json", frame);

@@ -14,9 +14,6 @@ namespace likeness {
 
 std::filesystem::path strokes_path(const Project& project, int frame);  // absent: none
 
-// Whether a project's folder of this name holds strokes, those that were set aside too.
-bool is_corrections_folder(const std::string& name);
-
 // The frames that have strokes, ascending, whether or not their files can be read.
 std::vector<int> corrected_frames(const Project& project);
 

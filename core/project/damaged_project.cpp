@@ -17,6 +17,7 @@
 #include "core/base/path_text.h"
 #include "core/project/further_clips.h"
 #include "core/project/option_table.h"
+#include "core/project/own_names.h"
 
 namespace likeness {
 
@@ -68,7 +69,7 @@ bool is_newer(const std::string& text) {
 }  // namespace
 
 std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
-  const auto opened = open_project(folder);
+  const auto opened = open_project(folder, Links::ignored);
   if (opened || opened.error().code != ErrorCode::bad_input) return std::nullopt;
   const auto text = read_text(folder / "project.json");
   if (!text || !is_likeness_folder(folder, *text)) return std::nullopt;
@@ -96,6 +97,7 @@ std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
   if (!damaged.clips.empty()) options.shared.video = damaged.clips.front();
   const fs::path further = folder / "clips";
   for (fs::directory_iterator it(further, ignored), end; !ignored && it != end; it.increment(ignored)) {
+    if (is_link(further) || is_link(it->path())) continue;
     const std::string name = it->path().filename().string();
     int number = 0;
     const auto [rest, wrong] = std::from_chars(name.data(), name.data() + name.size(), number);

@@ -4,7 +4,9 @@
 #include <memory>
 #include <utility>
 
-#include "core/image/files.h"
+#include <fmt/format.h>
+
+#include "core/project/project_views.h"
 #include "core/project/solved_points.h"
 #include "core/render/room_picture.h"
 #include "core/train/room.h"
@@ -21,7 +23,8 @@ Result<TrainingView> room_view(const Project& project, const TrackedCapture& rea
   if (!tracked || !camera)
     return Error{ErrorCode::failed, "A frame has a matte, but no camera or head.",
                  "Run `likeness fit` again.", project.folder.string()};
-  auto rgb = read_image(project.folder / frame_name(matte.frame));
+  auto rgb =
+      read_own_picture(project.folder / "frames", fmt::format("{:06}.png", matte.frame), capture.size, 3);
   if (!rgb) return rgb.error();
   TrainingView view;
   view.camera = *camera;

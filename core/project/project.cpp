@@ -17,6 +17,7 @@
 #include "core/base/json_text.h"
 #include "core/project/option_table.h"
 #include "core/project/options_json.h"
+#include "core/project/own_names.h"
 
 namespace likeness {
 
@@ -60,6 +61,8 @@ json to_json(const StageRecord& record) {
          {"message", record.message},
          {"warnings", record.warnings}};
   if (!record.track_inputs.empty()) j["track_inputs"] = record.track_inputs;
+  if (!record.result_hash.empty()) j["result_hash"] = record.result_hash;
+  if (!record.pictures_hash.empty()) j["pictures_hash"] = record.pictures_hash;
   return j;
 }
 
@@ -74,6 +77,8 @@ StageRecord record_from_json(const json& j) {
   record.message = j.at("message");
   record.warnings = j.at("warnings").get<std::vector<std::string>>();
   record.track_inputs = j.value("track_inputs", "");
+  record.result_hash = j.value("result_hash", "");
+  record.pictures_hash = j.value("pictures_hash", "");
   return record;
 }
 
@@ -112,7 +117,7 @@ fs::path detail_path(const Project& project) { return project.folder / "detail.n
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
 fs::path corrections_path(const Project& project) { return project.folder / "corrections"; }
 
-Result<Project> open_project(const fs::path& folder) {
+Result<Project> open_project(const fs::path& folder, Links links) {
   const fs::path file = project_file(folder);
   std::error_code failure;
   const bool exists = fs::exists(file, failure);
@@ -123,6 +128,8 @@ Result<Project> open_project(const fs::path& folder) {
                  "Name a project folder, or make one with: likeness build VIDEO --project DIR",
                  folder.string()};
   }
+  if (links == Links::refused)
+    if (auto own = check_no_links(folder, false); !own) return own.error();
   const auto text = read_text(file);
   if (!text) return text.error();
   try {
@@ -214,9 +221,10 @@ Result<Project> change_project(const fs::path& folder, const std::function<void(
   return project;
 }
 
-Result<ProjectLock> ProjectLock::acquire(const Project& project) {
+Result<ProjectLock> ProjectLock::acquire(const Project& project, Links links) {
   const fs::path path = project.folder / ".lock";
-  const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
+  if (fd < 0 && errno == ELOOP) return check_no_links(project.folder, false).error();
   if (fd < 0) return file_error(path, "write", errno);
   int failed = ::flock(fd, LOCK_EX | LOCK_NB);
   while (failed != 0 && errno == EINTR) failed = ::flock(fd, LOCK_EX | LOCK_NB);
@@ -228,7 +236,10 @@ Result<ProjectLock> ProjectLock::acquire(const Project& project) {
                  fmt::format("Another Likeness is working on {}.", project.folder.string()),
                  "Wait for it to finish, or stop it, then run this again.", project.folder.string()};
   }
-  return ProjectLock(fd);
+  ProjectLock lock(fd);
+  if (links == Links::refused)
+    if (auto own = check_no_links(project.folder, true); !own) return own.error();
+  return lock;
 }
 
 ProjectLock::~ProjectLock() {

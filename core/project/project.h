@@ -40,6 +40,9 @@ struct StageRecord {
   // Of the fit: what the whole clip's track was fitted from, spans fitted again and detail maps apart, while
   // track.json is that track, however the stage ended. Empty otherwise.
   std::string track_inputs{};
+  // Of what it wrote, when it was done (core/project/stage_results.h): its files, and its pictures' content.
+  // Empty in projects from before these were kept.
+  std::string result_hash{}, pictures_hash{};
 };
 
 // Whether the filmed person agreed to an avatar of themselves. Asked when a clip is first imported in the
@@ -80,7 +83,11 @@ std::filesystem::path detail_path(const Project& project);  // absent: no detail
 std::filesystem::path regions_path(const Project& project);
 std::filesystem::path corrections_path(const Project& project);  // absent: nobody painted on the masks
 
-Result<Project> open_project(const std::filesystem::path& folder);
+// Whether links in the place of a project's names are refused (core/project/own_names.h), or none is followed
+// anyhow.
+enum class Links { refused, ignored };
+
+Result<Project> open_project(const std::filesystem::path& folder, Links links = Links::refused);
 // Opens the project in `folder`, or makes one; `options` replace the stored ones either way.
 Result<Project> open_or_create_project(const std::filesystem::path& folder, const ProjectOptions& options);
 Result<void> save_project(const Project& project);
@@ -93,7 +100,7 @@ Result<Project> change_project(const std::filesystem::path& folder,
 // process.
 class ProjectLock {
  public:
-  static Result<ProjectLock> acquire(const Project& project);
+  static Result<ProjectLock> acquire(const Project& project, Links links = Links::refused);
   ~ProjectLock();
   ProjectLock(ProjectLock&&) noexcept;
   ProjectLock& operator=(ProjectLock&&) = delete;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <regex>
 #include <span>
 #include <system_error>
 
@@ -205,11 +204,6 @@ Result<fs::path> set_aside_attributes(const Project& project) {
   fs::rename(attributes_path(project), aside, failure);
   if (failure) return file_error(attributes_path(project), "rename", failure.value());
   return aside;
-}
-
-bool is_attributes_file(const std::string& name) {
-  static const std::regex form(R"(attributes((-\d+)?\.old)?\.json)");
-  return std::regex_match(name, form);
 }
 
 std::string attributes_hash(const Project& project) {

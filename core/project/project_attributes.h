@@ -30,8 +30,6 @@ Result<void> save_attribute_changes(const Project& project, const PaintedAttribu
                                     const PaintedAttributes& attributes);
 // Renames the file to attributes.old.json, or with a number. Returns its new place.
 Result<std::filesystem::path> set_aside_attributes(const Project& project);
-// Whether a project's file of this name holds attributes, set aside or not.
-bool is_attributes_file(const std::string& name);
 // Of the file's content; empty without one.
 std::string attributes_hash(const Project& project);
 

@@ -2,11 +2,13 @@
 #include "core/project/project_views.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include <fmt/format.h>
 
 #include "core/image/files.h"
 #include "core/matte/matte_report.h"
+#include "core/render/pose_avatar.h"
 
 namespace likeness {
 
@@ -51,7 +53,13 @@ Result<TrackedCapture> read_tracked_capture(const Project& project) {
 }
 
 Result<void> check_avatar_fits(const Avatar& avatar, const HeadModel& model, const std::string& where) {
-  if (model.hash == avatar.head_model_hash) return {};
+  if (model.hash == avatar.head_model_hash) {
+    auto fits = check_numbers_fit(avatar, model);
+    if (fits) return {};
+    Error error = fits.error();
+    error.where = where;
+    return error;
+  }
   return Error{ErrorCode::bad_input,
                fmt::format("The avatar was made with the {} head model, the project now names the {} one.",
                            avatar.head_model_name, model.name),
@@ -129,13 +137,20 @@ std::string project_background_fault(const Project& project) {
 Result<void> read_project_plate(const Project& project, Image8& plate, Image8& known) {
   std::error_code ignored;
   if (!fs::exists(plate_path(project), ignored)) return {};
+  const auto unusable = [&](const fs::path& path, std::string_view what) {
+    return Error{ErrorCode::bad_input, fmt::format("{} {}.", path.string(), what),
+                 "Delete it and run the build again: it is then made again.", path.string()};
+  };
   auto rgb = read_image(plate_path(project));
   if (!rgb) return rgb.error();
+  if (rgb->channels != 3) return unusable(plate_path(project), "is no picture in colours");
   plate = std::move(*rgb);
   // Projects from before this file treat the whole plate as seen.
   if (!fs::exists(plate_known_path(project), ignored)) return {};
   auto seen = read_image(plate_known_path(project));
   if (!seen) return seen.error();
+  if (seen->channels != 1 || seen->width != plate.width || seen->height != plate.height)
+    return unusable(plate_known_path(project), "is no mask of the plate's size");
   known = std::move(*seen);
   return {};
 }

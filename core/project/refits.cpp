@@ -9,6 +9,7 @@
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
+#include "core/project/project_views.h"
 #include "core/project/stage_inputs.h"
 
 namespace likeness {
@@ -131,7 +132,8 @@ Result<std::optional<Track>> first_track(const Project& project, const RefitWork
   const bool kept = kept_refits(project, work.fit_inputs).has_value();
   if (!kept && !work.fitted) return std::optional<Track>();
   auto track = read_track(kept ? first_track_path(project) : track_path(project));
-  if (!track) return std::optional<Track>();  // damaged: the whole clip again
+  // Damaged: the whole clip again.
+  if (!track || !check_track_fits(*track, work.model)) return std::optional<Track>();
   return std::optional<Track>(std::move(*track));
 }
 

@@ -16,6 +16,7 @@
 #include "core/project/kept_decoding.h"
 #include "core/project/project_detail.h"
 #include "core/project/project_head_model.h"
+#include "core/project/project_views.h"
 #include "core/project/refits.h"
 #include "core/project/stage_run.h"
 #include "core/project/staleness.h"
@@ -59,6 +60,7 @@ Result<std::optional<PersonShape>> known_person(const StageContext& context, con
   if (is_further(context.project)) {
     auto track = read_track(track_path({.folder = context.project.first_clip}));
     if (!track) return track.error();
+    if (const auto fits = check_track_fits(*track, model); !fits) return fits.error();
     return std::optional<PersonShape>(std::move(track->person));
   }
   const fs::path& identity = context.inputs.fit.choices.identity;

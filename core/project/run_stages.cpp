@@ -9,11 +9,13 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/base/files.h"
 #include "core/project/care.h"
 #include "core/project/further_clips.h"
 #include "core/project/stage_inputs.h"
+#include "core/project/stage_results.h"
 #include "core/project/stage_run.h"
 #include "core/project/staleness.h"
 
@@ -60,17 +62,6 @@ double expected_seconds(const TrainInputs& training, Stage stage) {
   return 1;
 }
 
-// Half-written files of a process that was killed; call with the project's lock held.
-void remove_abandoned_parts(const fs::path& folder) {
-  std::error_code ignored;
-  std::vector<fs::path> abandoned;
-  for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored)) {
-    const std::string name = it->path().filename().string();
-    if (name.starts_with(".") && name.find(".part") != std::string::npos) abandoned.push_back(it->path());
-  }
-  for (const fs::path& path : abandoned) fs::remove_all(path, ignored);
-}
-
 // What all stages of a run share.
 struct RunTerms {
   const RunObserver& observer;
@@ -85,6 +76,8 @@ Result<void> run_one(Project& project, Stage stage, const Progress& progress, co
   StageRecord& record = project.record(stage);
   const std::string hash = input_hash(project, stage);
   const StageRecord before = record;
+  const auto changed_results = set_aside_changed(project, stage);
+  if (!changed_results) return changed_results.error();
   if (record.input_hash != hash) record = StageRecord{.input_hash = hash};
   record.state = StageState::running;
   if (const auto saved = save_project(project); !saved) return saved.error();
@@ -95,8 +88,14 @@ Result<void> run_one(Project& project, Stage stage, const Progress& progress, co
   const auto outcome =
       run_stage(stage, {project, inputs, record, before, progress, terms.observer, terms.place, terms.stop});
   record.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!changed_results->empty())
+    record.warnings.push_back(fmt::format(
+        "What an earlier run wrote had been altered or damaged since, and was made again; it is kept as {}.",
+        fmt::join(*changed_results, ", ")));
   if (outcome) {
     record.state = StageState::done;
+    record.result_hash = result_hash(project, stage);
+    record.pictures_hash = pictures_hash(project, stage);
   } else {
     record.state = outcome.error().code == ErrorCode::cancelled ? StageState::stopped : StageState::failed;
     record.message = outcome.error().what;
@@ -104,6 +103,20 @@ Result<void> run_one(Project& project, Stage stage, const Progress& progress, co
   const auto saved = save_project(project);  // before a listener may read it
   if (!outcome) return outcome.error();
   return saved;
+}
+
+// Whether a stage need not be run: its result is current, and whole to the last picture, too. A project from
+// before that was kept takes what can be read as it is.
+bool is_whole(Project& project, Stage stage) {
+  if (!is_current_alone(project, stage)) return false;
+  StageRecord& record = project.record(stage);
+  if (record.result_hash.empty()) {
+    if (!results_readable(project, stage)) return false;
+    record.result_hash = result_hash(project, stage);
+    record.pictures_hash = pictures_hash(project, stage);
+    (void)save_project(project);  // else it is found out again
+  }
+  return record.pictures_hash == pictures_hash(project, stage);
 }
 
 // The stage of every further clip that needs it.
@@ -114,7 +127,7 @@ Result<void> run_further(const Project& project, Stage stage, const Progress& pr
     const int number = project.further_clips[i];
     auto further = open_further_clip(project, number);
     if (!further) return further.error();
-    if (is_current_alone(*further, stage)) continue;
+    if (is_whole(*further, stage)) continue;
     const Progress part = progress.stage(double(i) / double(count), double(i + 1) / double(count),
                                          fmt::format("clip {}", number));
     const auto changed = [&](const StageRecord&) { terms.observer.further_changed(stage, number, *further); };
@@ -153,14 +166,10 @@ Result<void> run_stages(Project& project, Stage last, const Progress& progress, 
   for (const Stage stage : kStages) {
     if (stage > last) break;
     const auto [from, to] = stage_span(project.options, last, stage);
-    if (is_current(project, stage)) {
-      progress.report(to);
-      continue;
-    }
     const std::size_t others = stage == Stage::train ? 0 : project.further_clips.size();
     const double own = from + (to - from) / double(1 + others);
     const std::string name(stage_name(stage));
-    if (!is_current_alone(project, stage)) {
+    if (!is_whole(project, stage)) {
       const auto changed = [&](const StageRecord& record) { observer.stage_changed(stage, record); };
       const auto done = run_one(project, stage, progress.stage(from, own, name), terms, changed);
       observer.stage_changed(stage, project.record(stage));

@@ -24,6 +24,7 @@
 #include "core/project/further_clips.h"
 #include "core/project/project_attributes.h"
 #include "core/project/stage_inputs.h"
+#include "core/project/stage_results.h"
 #include "core/video/decode.h"
 
 namespace likeness {
@@ -245,6 +246,12 @@ bool lesser_results_exist(const Project& project, Stage stage) {
   return true;
 }
 
+// Whether the stage's result is still what it wrote, as far as its record knows.
+bool is_unharmed(const Project& project, Stage stage) {
+  const std::string& kept = project.record(stage).result_hash;
+  return kept.empty() || kept == result_hash(project, stage);
+}
+
 }  // namespace
 
 std::string input_hash(const Project& project, Stage stage) {
@@ -261,7 +268,8 @@ std::string first_track_hash(const Project& project) {
 bool is_current_alone(const Project& project, Stage stage) {
   const StageRecord& record = project.record(stage);
   return record.state == StageState::done && results_exist(project, stage) &&
-         lesser_results_exist(project, stage) && record.input_hash == input_hash(project, stage);
+         lesser_results_exist(project, stage) && is_unharmed(project, stage) &&
+         record.input_hash == input_hash(project, stage);
 }
 
 bool is_current(const Project& project, Stage stage) {

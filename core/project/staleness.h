@@ -8,8 +8,8 @@
 
 namespace likeness {
 
-// Everything that the stage's result depends on, as one hash. Results of earlier stages count by content, so
-// an edited track.json is honoured.
+// Everything that the stage's result depends on, as one hash. Results of earlier stages count by content. One
+// that was altered since is made again first (core/project/stage_results.h).
 std::string input_hash(const Project& project, Stage stage);
 
 // That of the fit as if no span had been fitted again, and without the maps, which are read beside the

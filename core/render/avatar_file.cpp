@@ -85,9 +85,11 @@ struct Bad {
   std::string detail;
 };
 
+// Most are read as single precision, of which nothing sensible comes near the end.
 double finite(const json& value, const char* name) {
+  constexpr double kLargest = 1e30;
   const double v = value.get<double>();
-  if (!std::isfinite(v)) throw Bad{fmt::format("{} is not a finite number", name)};
+  if (!(std::abs(v) <= kLargest)) throw Bad{fmt::format("{} is not a finite number", name)};
   return v;
 }
 
@@ -465,6 +467,8 @@ Avatar avatar_from(const Sections& sections) {
     a.plate.width = width, a.plate.height = height, a.plate.channels = 3;
     if (!from_section(sections, "plate", std::size_t(width) * height * 3, a.plate.data))
       throw Bad{"section 'plate' has the wrong size"};
+    if (width != a.intrinsics.width || height != a.intrinsics.height)
+      throw Bad{"the plate is not the picture of the typical camera"};
   }
   if (j.contains("mosaic")) a.mosaic = mosaic_from_json(j.at("mosaic"), sections);
   return a;

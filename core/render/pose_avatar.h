@@ -22,8 +22,13 @@ struct AvatarRig {
   ExpressionDetail detail{};  // empty: none
 };
 
-// model: the one the avatar was made with.
-AvatarRig make_rig(const Avatar& avatar, const HeadModel& model);
+// Whether an avatar's lists are as long as its head model needs them, and its face at rest of a head's size:
+// a file may say anything.
+Result<void> check_numbers_fit(const Avatar& avatar, const HeadModel& model);
+
+// model: the one the avatar was made with; an Error, which says what does not fit, where the avatar's numbers
+// cannot be its.
+Result<AvatarRig> make_rig(const Avatar& avatar, const HeadModel& model);
 
 // About 10 ms if the avatar warps.
 RenderState pose_avatar(const AvatarRig& rig, const AvatarPose& pose);

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/base/check.h"
 #include "core/base/files.h"
 #include "core/base/hash.h"
@@ -12,6 +14,7 @@ namespace {
 
 constexpr std::size_t kMagicBytes = 8, kNameBytes = 16, kHashBytes = 32;
 constexpr std::size_t kHeaderBytes = kMagicBytes + 8, kEntryBytes = kNameBytes + 16;
+constexpr std::size_t kMostSections = 256;
 
 template <class T>
 void put(std::vector<std::byte>& bytes, std::size_t at, T value) {
@@ -23,6 +26,15 @@ T get(const std::vector<std::byte>& bytes, std::size_t at) {
   T value;
   std::memcpy(&value, bytes.data() + at, sizeof(T));
   return value;
+}
+
+// How long a file with this table of contents is, at most kLargestFile.
+std::uint64_t listed_bytes(const std::vector<std::byte>& head, std::size_t count) {
+  std::uint64_t bytes = kHeaderBytes + count * kEntryBytes + kHashBytes;
+  for (std::size_t i = 0; i < count; ++i)
+    bytes +=
+        std::min(kLargestFile, get<std::uint64_t>(head, kHeaderBytes + i * kEntryBytes + kNameBytes + 8));
+  return std::min(bytes, kLargestFile);
 }
 
 Error damaged(const std::filesystem::path& path, const SectionFormat& format, const std::string& detail) {
@@ -61,23 +73,29 @@ Result<void> write_sections(const std::filesystem::path& path, const SectionForm
 }
 
 Result<Sections> read_sections(const std::filesystem::path& path, const SectionFormat& format) {
-  auto file = read_file(path);
-  if (!file) return file.error();
-  std::vector<std::byte>& bytes = *file;
-  if (bytes.size() < kHeaderBytes || std::memcmp(bytes.data(), format.magic.data(), kMagicBytes) != 0)
+  // A large file of something else, or of nothing, is refused by its head.
+  const auto head = read_head(path, kHeaderBytes + kMostSections * kEntryBytes);
+  if (!head) return head.error();
+  if (head->size() < kHeaderBytes || std::memcmp(head->data(), format.magic.data(), kMagicBytes) != 0)
     return Error{ErrorCode::bad_input, fmt::format("This is not a Likeness {} file.", format.content),
                  std::string(format.remedy), path.string()};
-  const auto version = get<std::uint32_t>(bytes, kMagicBytes);
+  const auto version = get<std::uint32_t>(*head, kMagicBytes);
   if (version != format.version)
     return Error{ErrorCode::bad_input,
                  fmt::format("The {} file has format version {}; this program reads version {}.",
                              format.content, version, format.version),
                  version > format.version ? "Open it with a newer Likeness." : std::string(format.remedy),
                  path.string()};
-  const std::size_t count = get<std::uint32_t>(bytes, kMagicBytes + 4);
-  if (bytes.size() < kHeaderBytes + kHashBytes ||
-      count > (bytes.size() - kHeaderBytes - kHashBytes) / kEntryBytes)
+  const std::size_t count = get<std::uint32_t>(*head, kMagicBytes + 4);
+  if (count > kMostSections || head->size() < kHeaderBytes + count * kEntryBytes)
     return damaged(path, format, "it ends before its table of contents does");
+  const auto file = read_file(path, listed_bytes(*head, count));
+  if (!file && file.error().code == ErrorCode::bad_input)
+    return damaged(path, format, "it is longer than its table of contents says");
+  if (!file) return file.error();
+  const std::vector<std::byte>& bytes = *file;
+  if (bytes.size() < kHeaderBytes + count * kEntryBytes + kHashBytes)
+    return damaged(path, format, "it ends before its sections do");
   const std::size_t end = bytes.size() - kHashBytes;
   const std::string hash = hash_bytes(std::span<const std::byte>(bytes.data(), end));
   if (hash.size() != kHashBytes || std::memcmp(bytes.data() + end, hash.data(), kHashBytes) != 0)

@@ -168,10 +168,14 @@ MouthGap make_mouth_gap(const MouthFrame& frame, std::span<const Vec3f> posed) {
     low_z = std::min({low_z, e.lower_z[i], e.upper_z[i]}),
     high_z = std::max({high_z, e.lower_z[i], e.upper_z[i]});
   }
-  if (gap.open <= 0) return gap;
+  if (!(gap.open > 0)) return gap;
   const float widened = std::min(kGapWidest, 2 * gap.open);
   gap.low = {e.right - widened, low_y - widened, low_z - kGapDepth};
   gap.high = {e.left + widened, high_y + widened, high_z + kGapFront};
+  if (!gap.low.allFinite() || !gap.high.allFinite()) {  // a face that no head model makes
+    gap.open = 0;
+    return gap;
+  }
 
   // -- How the jaw hangs now, and how in the pocket.
   const Vec3f chin = mean_place(frame.chin, posed);
@@ -190,7 +194,9 @@ MouthGap make_mouth_gap(const MouthFrame& frame, std::span<const Vec3f> posed) {
 }
 
 bool in_gap(const MouthGap& gap, const Vec3f& point) {
-  if (gap.open <= 0 || (point.array() < gap.low.array()).any() || (point.array() > gap.high.array()).any())
+  // Also false of a place that is no number.
+  if (gap.open <= 0 || !(point.array() >= gap.low.array()).all() ||
+      !(point.array() <= gap.high.array()).all())
     return false;
   const LipEdges& e = gap.edges;
   const float along = (point.x() - e.right) / std::max(1e-6f, e.left - e.right);

@@ -30,8 +30,8 @@ struct LipEdges {
 // What all frames of a person share.
 struct MouthFrame {
   struct Mark {
-    Triangle vertices;
-    Vec3f weights;
+    Triangle vertices = Triangle::Zero();
+    Vec3f weights = Vec3f::Zero();
   };
   std::array<Mark, 8> lips;                 // inner contour of the lips, landmarks 60..67
   std::array<Mark, 3> chin;                 // landmarks 7..9

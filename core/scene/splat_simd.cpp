@@ -44,6 +44,11 @@ void SplatPulls(const SplatGrid& grid, std::span<const Pull> pulls, int z0, int 
   const float reach = grid.reach, reach2 = reach * reach, soft2 = grid.softness * grid.softness;
   for (const Pull& pull : pulls) {
     const Vec3f& c = pull.place;
+    // Far outside, where whole numbers end, or no place at all: a face that no head model makes.
+    const auto near = [&](int axis) {
+      return c[axis] > -reach - 1 && c[axis] < float(grid.nodes[std::size_t(axis)]) + reach;
+    };
+    if (!near(0) || !near(1) || !near(2)) continue;
     const auto first = [&](int axis, int low) { return std::max(low, int(std::ceil(c[axis] - reach))); };
     const auto last = [&](int axis, int end) { return std::min(end - 1, int(std::floor(c[axis] + reach))); };
     const int x0 = first(0, 0), x1 = last(0, grid.nodes[0]);

@@ -13,6 +13,8 @@ namespace {
 
 using nlohmann::json;
 constexpr int kVersion = 2;
+// Metres, seconds, pixels and standard deviations all stay far below; a head's numbers, far below a thousand.
+constexpr double kMost = 1e9, kMostOfHead = 1e3;
 
 const char* status_name(FrameStatus status) {
   switch (status) {
@@ -44,7 +46,7 @@ Pose pose_from(const json& values) {
   if (!values.is_array() || values.size() != 12) throw std::runtime_error("a pose needs 12 numbers");
   Pose pose = Pose::Identity();
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 4; ++c) pose.matrix()(r, c) = values[r * 4 + c].get<double>();
+    for (int c = 0; c < 4; ++c) pose.matrix()(r, c) = number_in(values[r * 4 + c], -kMost, kMost);
   const Mat3d turn = pose.linear();
   if (!pose.matrix().allFinite() || (turn * turn.transpose() - Mat3d::Identity()).norm() > 1e-3 ||
       turn.determinant() < 0)
@@ -59,15 +61,17 @@ json vector_json(const Vector& v) {
   return values;
 }
 
+float head_number(const json& value) { return float(number_in(value, -kMostOfHead, kMostOfHead)); }
+
 Eigen::VectorXf vector_from(const json& values) {
   Eigen::VectorXf v(static_cast<Eigen::Index>(values.size()));
-  for (std::size_t i = 0; i < values.size(); ++i) v[static_cast<Eigen::Index>(i)] = values[i].get<float>();
+  for (std::size_t i = 0; i < values.size(); ++i) v[static_cast<Eigen::Index>(i)] = head_number(values[i]);
   return v;
 }
 
 Vec3f vec3_from(const json& values) {
   if (!values.is_array() || values.size() != 3) throw std::runtime_error("a rotation needs 3 numbers");
-  return {values[0].get<float>(), values[1].get<float>(), values[2].get<float>()};
+  return {head_number(values[0]), head_number(values[1]), head_number(values[2])};
 }
 
 json articulation_json(const Articulation& a) {
@@ -106,7 +110,7 @@ std::vector<Vec3f> offsets_from(const json& values) {
     throw std::runtime_error("the personal shape needs 3 numbers a vertex");
   std::vector<Vec3f> offsets(values.size() / 3);
   for (std::size_t i = 0; i < values.size(); ++i)
-    offsets[i / 3][Eigen::Index(i % 3)] = values[i].get<float>();
+    offsets[i / 3][Eigen::Index(i % 3)] = head_number(values[i]);
   return offsets;
 }
 
@@ -187,22 +191,24 @@ std::vector<FrameSpan> shots_from(const json& j) {
 
 TrackedFrame frame_from(const json& j) {
   TrackedFrame f;
-  f.frame = j.at("frame").get<int>();
-  f.time_s = j.at("time_s").get<double>();
+  f.frame = whole_number_in(j.at("frame"), 0, 100'000'000);
+  f.time_s = number_in(j.at("time_s"), -kMost, kMost);
   f.status = status_from(j.at("status").get<std::string>());
   f.reason = j.at("reason").get<std::string>();
   f.pose.world_from_head = pose_from(j.at("world_from_head"));
   f.pose.world_from_torso = pose_from(j.at("world_from_torso"));
   if (j.contains("torso_shape")) {
     const auto shape = take_shape(j.at("torso_shape").get<std::vector<float>>());
-    if (!shape) throw std::runtime_error("a torso's shape has too many numbers");
+    if (!shape || !std::ranges::all_of(*shape, [](float s) { return std::abs(s) <= kMostOfHead; }))
+      throw std::runtime_error("a torso's shape has too many or too large numbers");
     f.pose.torso_shape = *shape;
   }
   f.pose.articulation = articulation_from(j);
   const json& points = j.at("landmarks");
   if (points.size() != kLandmarkCount) throw std::runtime_error("a frame needs 68 landmarks");
   for (int i = 0; i < kLandmarkCount; ++i)
-    f.landmarks[i] = Vec2d(points[i].at(0).get<double>(), points[i].at(1).get<double>());
+    f.landmarks[i] =
+        Vec2d(number_in(points[i].at(0), -kMost, kMost), number_in(points[i].at(1), -kMost, kMost));
   f.look = j.value("look", 1.0);
   if (j.contains("landmark_spread"))
     f.landmark_spread = j.at("landmark_spread").get<decltype(f.landmark_spread)>();
@@ -288,7 +294,7 @@ Result<Track> read_track(const std::filesystem::path& path) {
     if (j.contains("rest")) track.rest = rest_from(j.at("rest"));
     track.has_torso = j.at("has_torso").get<bool>();
     if (j.contains("torso_modes")) track.torso_modes = torso_modes_from(j.at("torso_modes"));
-    track.metres_per_unit = j.at("metres_per_unit").get<double>();
+    track.metres_per_unit = number_in(j.at("metres_per_unit"), -kMost, kMost);
     track.metre_known = j.value("metre_known", true);
     track.shots = shots_from(j);
     for (const json& f : j.at("frames")) {

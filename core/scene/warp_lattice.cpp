@@ -6,6 +6,8 @@
 #include <cmath>
 #include <memory>
 
+#include <fmt/format.h>
+
 #include "core/base/check.h"
 #include "core/base/lending_pool.h"
 #include "core/base/parallel.h"
@@ -221,10 +223,31 @@ void store(const Nodes& nodes, WarpLattice& lattice) {
   });
 }
 
+// How many nodes span a box, m; an Error where they are too many.
+Result<std::array<int, 3>> spanning_nodes(const Vec3f& low, const Vec3f& high, float cell) {
+  std::array<int, 3> nodes{};
+  double count = 1;
+  const Vec3f cells = (high - low) / cell;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(cells[axis] >= 0 && cells[axis] < float(kMostWarpNodesAlong - 1))) count = HUGE_VAL;
+    if (count > kMostWarpNodes) break;
+    nodes[std::size_t(axis)] = int(std::ceil(cells[axis])) + 1;
+    count *= nodes[std::size_t(axis)];
+  }
+  if (count <= kMostWarpNodes) return nodes;
+  const Vec3f extent = high - low;
+  return Error{
+      ErrorCode::bad_input,
+      fmt::format("The moving part of this head is {:.3g} x {:.3g} x {:.3g} m, too much for a lattice "
+                  "with a node every {:.3g} mm.",
+                  extent.x(), extent.y(), extent.z(), 1000 * cell),
+      "Its file is damaged: restore it from a backup, or build the project again.", ""};
+}
+
 }  // namespace
 
-WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const Articulation& rest,
-                          float cell, const ExpressionDetail* detail) {
+Result<WarpFrame> make_warp_frame(const HeadModel& model, const HeadShape& shape, const Articulation& rest,
+                                  float cell, const ExpressionDetail* detail) {
   LIKENESS_CHECK(cell > 1e-4f, "warp lattice with cells of %g m", double(cell));
   WarpFrame frame;
   frame.cell = cell;
@@ -256,8 +279,9 @@ WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const 
   low.array() -= kFadeEnd, high.array() += kFadeEnd;
   low.y() -= 0.02f;
   frame.origin = low;
-  for (int axis = 0; axis < 3; ++axis)
-    frame.nodes[std::size_t(axis)] = int(std::ceil((high[axis] - low[axis]) / cell)) + 1;
+  const auto nodes = spanning_nodes(low, high, cell);
+  if (!nodes) return nodes.error();
+  frame.nodes = *nodes;
   return frame;
 }
 

@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/head/expression_detail.h"
 #include "core/head/pose_head.h"
 #include "core/scene/mouth_pocket.h"
@@ -30,9 +31,12 @@ struct WarpFrame {
 
 // rest: the articulation of the canonical face. cell: halving it costs eight times the memory per frame.
 // detail: of the surface from which lattices are made, or null; the canonical face has its own at rest.
+// The person comes from a file, so that a lattice may turn out impossible: an Error where it would have more
+// than kMostWarpNodes, a head's at the usual cell being some 200,000.
 inline constexpr float kWarpCell = 0.0055f;  // m
-WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const Articulation& rest,
-                          float cell = kWarpCell, const ExpressionDetail* detail = nullptr);
+inline constexpr int kMostWarpNodes = 1 << 23, kMostWarpNodesAlong = 4096;
+Result<WarpFrame> make_warp_frame(const HeadModel& model, const HeadShape& shape, const Articulation& rest,
+                                  float cell = kWarpCell, const ExpressionDetail* detail = nullptr);
 
 // One frame's field. Of each column of nodes along z only the stretch from the first to the last that moves
 // is kept, a quarter of all: training holds as many lattices as pictures.

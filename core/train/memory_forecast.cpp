@@ -42,8 +42,8 @@ MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel
     moved.expression.array() += 0.1f;
     moved.jaw.x() += 0.05f;
     const HeadShape shape = shape_head(model, person);
-    const WarpFrame warp = make_warp_frame(model, shape, rest);
-    forecast.lattices = views * make_warp_lattice(warp, pose_head(model, shape, moved)).bytes();
+    if (const auto warp = make_warp_frame(model, shape, rest))  // else training says what is wrong
+      forecast.lattices = views * make_warp_lattice(*warp, pose_head(model, shape, moved)).bytes();
   }
   forecast.engine = kEngine + grid_bytes(options.fields.sizes) - grid_bytes({}) +
                     std::uint64_t(options.rays.per_step) * kMostSamples * kSample;

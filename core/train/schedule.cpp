@@ -32,6 +32,22 @@ void settle(Schedule& schedule, HalfWay& half_way, std::uint64_t step, double se
   schedule.total_steps = std::max({least, step + std::uint64_t(remaining), std::uint64_t(1)});
 }
 
+double StepSeconds::count(double taken) {
+  constexpr std::size_t kKept = 31, kFewest = 3;
+  double counts = taken;
+  if (last_.size() >= kFewest) {
+    std::vector<double> sorted = last_;
+    const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    if (taken > kPausedStep * *middle) counts = *middle;
+  }
+  if (last_.size() < kKept)
+    last_.push_back(taken);
+  else
+    last_[next_++ % kKept] = taken;
+  return counts;
+}
+
 bool is_over(const Schedule& schedule, std::uint64_t step, double seconds) {
   constexpr double kOverrun = 1.15;
   if (schedule.total_steps > 0 && step >= schedule.total_steps) return true;

@@ -6,7 +6,9 @@
 // either.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace likeness {
 
@@ -34,6 +36,20 @@ struct HalfWay {
 // included; recent_step_seconds: mean of the last steps, used if hardly a step was taken since then.
 void settle(Schedule& schedule, HalfWay& half_way, std::uint64_t step, double seconds,
             double recent_step_seconds);
+
+// The seconds that steps are counted with. A process that is stopped for a while, or that others leave no
+// time, spends them on no step: one that takes kPausedStep times as long as the median of those before it
+// counts as that median.
+inline constexpr double kPausedStep = 10;
+class StepSeconds {
+ public:
+  // Of what a step took, the part that counts.
+  double count(double taken);
+
+ private:
+  std::vector<double> last_;  // of the last steps, as taken: a run that became slower is seen as such soon
+  std::size_t next_ = 0;
+};
 
 // Whether a run is over: at its planned steps or, after at least one step, when it is a seventh beyond its
 // budget, however slow the computer.

@@ -145,8 +145,9 @@ struct Run {
   double last_report = 0, last_checkpoint = 0;
   double mean_loss = 0, mean_samples = 0, step_seconds = 0;
   HalfWay half_way;
-  double held =
-      0;  // seconds spent in reports and snapshots: a listener may hold up the work, as a pause does
+  StepSeconds step_times;
+  // Seconds spent in reports and snapshots, since a listener may hold up the work, and in pauses.
+  double held = 0;
 
   double now() const { return clock_seconds(options.schedule.clock); }
   double elapsed() const { return earlier + now() - start - held; }
@@ -198,7 +199,7 @@ Avatar avatar_so_far(const Scene& scene, const Run& run, const TrainingState& st
 void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   run.progress.report(run.share(state), "correcting the track through the field");
   const Avatar avatar = avatar_so_far(scene, run, state);
-  const AvatarRig rig = make_rig(avatar, scene.set.model);
+  const AvatarRig rig = *make_rig(avatar, scene.set.model);  // its lattice is the scene's, which was made
   RefineOptions options;
   options.seed = run.options.seed + std::uint64_t(state.refinements) * scene.set.views.size();
   auto corrections = refine_track(scene.set, avatar, rig, state.corrections, options, stop);
@@ -228,7 +229,7 @@ void start_further_codes(const RaySource& rays, TrainingState& state) {
 void register_further(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   run.progress.report(run.share(state), "placing the heads of the further clips");
   const Avatar avatar = avatar_so_far(scene, run, state);
-  const AvatarRig rig = make_rig(avatar, scene.set.model);
+  const AvatarRig rig = *make_rig(avatar, scene.set.model);  // its lattice is the scene's, which was made
   RegisterOptions options;
   options.seed = run.options.seed;
   auto corrections = register_clips(scene.set, avatar, rig, options, stop);
@@ -305,7 +306,9 @@ struct Steps {
   }
 
   Result<void> after_step(const StepResult& result) {
-    const double now = run.elapsed(), taken = now - before;
+    const double took = run.elapsed() - before, taken = run.step_times.count(took);
+    run.held += took - taken;
+    const double now = run.elapsed();
     before = now;
     run.step_seconds = run.step_seconds == 0 ? taken : 0.95 * run.step_seconds + 0.05 * taken;
     run.mean_loss = run.mean_loss == 0 ? result.loss : 0.95 * run.mean_loss + 0.05 * result.loss;
@@ -431,9 +434,10 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   if (!options.fields.use_still) volumes.head.still = {};
   for (const AttributeRegion& region : set.attributes)
     clear_region(region, volumes.head.cube, volumes.head.still);
-  const WarpFrame warp =
-      parts.warp ? make_warp_frame(set.model, shape, typical_articulation(set), kWarpCell, &set.detail)
-                 : WarpFrame{};
+  const auto warp = parts.warp
+                        ? make_warp_frame(set.model, shape, typical_articulation(set), kWarpCell, &set.detail)
+                        : Result<WarpFrame>(WarpFrame{});
+  if (!warp) return warp.error();
   TrainingState state = make_training_state(set, options, map, volumes);
   std::optional<LandmarkPatches> patches;
   if (options.losses.landmark_weight > 0) {
@@ -443,7 +447,7 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
     progress.report(0, fmt::format("{} of {} landmarks can be measured by their patches", patches->accepted(),
                                    kLandmarkCount - kFirstPatchLandmark));
   }
-  Scene scene{set, shape, map, volumes, warp, patches ? &*patches : nullptr, {}};
+  Scene scene{set, shape, map, volumes, *warp, patches ? &*patches : nullptr, {}};
 
   if (!checkpoint.empty()) {
     TrainingState earlier = state;

@@ -57,9 +57,9 @@ Result<void> check_is_file(const std::filesystem::path& path) {
     return Error{ErrorCode::not_found, fmt::format("There is no video \"{}\".", path.string()),
                  "Check the name and the folder.", path.string()};
   }
-  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, failure) == 0) {
+  if (auto plain = check_not_endless(path); !plain) return plain;
+  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, failure) == 0)
     return bad_video(path, fmt::format("\"{}\" is empty (0 bytes).", path.filename().string()), kCopyAgain);
-  }
   return {};
 }
 

@@ -44,7 +44,7 @@ const PosedFace& posed_face() {
     const HeadModel model = make_builtin_head();
     const HeadShape shape = shape_head(model, {Eigen::VectorXf::Zero(model.identity_count()), {}});
     Articulation open = neutral_articulation(model);
-    const WarpFrame frame = make_warp_frame(model, shape, open);
+    const WarpFrame frame = *make_warp_frame(model, shape, open);
     open.jaw.x() = 0.1f;
     return PosedFace{frame, pose_head(model, shape, open)};
   }();

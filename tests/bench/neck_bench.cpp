@@ -41,7 +41,7 @@ void BM_WarpLattice(benchmark::State& state) {
   const HeadModel model = make_builtin_head();
   const HeadShape shape = shape_head(model, {Eigen::VectorXf::Zero(model.identity_count()), {}});
   const Articulation rest = neutral_articulation(model);
-  const WarpFrame frame = make_warp_frame(model, shape, rest);
+  const WarpFrame frame = *make_warp_frame(model, shape, rest);
   Articulation open = rest;
   open.jaw.x() = 0.2f;
   const WarpLattice lattice = make_warp_lattice(frame, pose_head(model, shape, open));

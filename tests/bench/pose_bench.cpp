@@ -12,7 +12,7 @@ namespace {
 struct Person {
   HeadModel model = make_builtin_head();
   HeadShape shape = shape_head(model, Eigen::VectorXf());
-  WarpFrame frame = make_warp_frame(model, shape, neutral_articulation(model));
+  WarpFrame frame = *make_warp_frame(model, shape, neutral_articulation(model));
   Articulation articulation = neutral_articulation(model);
   std::vector<Vec3f> posed;
 

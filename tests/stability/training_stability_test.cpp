@@ -32,7 +32,7 @@ Result<Avatar> train(const TrainingSet& set, const TrainOptions& options, double
 
 Image picture(const Avatar& avatar, const HeadModel& model, TrainingView view) {
   const RenderedFrame frame =
-      render_frame(avatar, view.camera, pose_avatar(make_rig(avatar, model), view.pose));
+      render_frame(avatar, view.camera, pose_avatar(*make_rig(avatar, model), view.pose));
   return composite(frame.rgba, {}, Vec3f::Constant(0.5f));
 }
 

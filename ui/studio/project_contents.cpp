@@ -29,19 +29,17 @@ std::shared_ptr<const T> shared_or_none(Result<T> result) {
   return result ? std::make_shared<const T>(std::move(*result)) : nullptr;
 }
 
-bool avatar_fits(const Avatar& avatar, const HeadModel& model) {
-  return avatar.head_model_hash == model.hash && avatar.neutral.expression.size() == model.expression_count();
-}
-
 std::shared_ptr<const ProjectAvatar> read_project_avatar(const ProjectContents& contents) {
   const std::filesystem::path file = avatar_path(contents.project);
   auto avatar = read_avatar(file);
-  if (!avatar || !contents.model || !avatar_fits(*avatar, *contents.model)) return nullptr;
+  if (!avatar || !contents.model || !check_avatar_fits(*avatar, *contents.model, file.string()))
+    return nullptr;
   SeenViews views;
   if (contents.capture && contents.cameras && contents.track)
     views = joined(seen_views(*contents.capture, *contents.cameras, *contents.track),
                    learnt_further_views(contents.project));
   auto made = ProjectAvatar::make(std::move(*avatar), contents.model, std::move(views));
+  if (!made) return nullptr;
   if (auto hash = hash_file(file)) made->hash = std::move(*hash);
   return made;
 }
@@ -170,7 +168,9 @@ std::shared_ptr<ProjectAvatar> ProjectAvatar::make(Avatar avatar, std::shared_pt
   std::shared_ptr<ProjectAvatar> made(new ProjectAvatar);
   made->model = std::move(model);
   made->avatar = std::move(avatar);
-  made->rig = make_rig(made->avatar, *made->model);
+  auto rig = make_rig(made->avatar, *made->model);
+  if (!rig) return nullptr;
+  made->rig = std::move(*rig);
   made->directed = direct_avatar(made->avatar, *made->model);
   made->views = std::move(views);
   made->limits = seen_limits(made->avatar, *made->model, made->views);

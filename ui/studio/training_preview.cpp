@@ -133,7 +133,7 @@ PreviewPictures render_preview(const Scene& scene, const std::shared_ptr<const A
   const Avatar& avatar = *shared;
   static constexpr double kTurns_deg[] = {-20, 20, 10, -10};
   static constexpr const char* kFaces[] = {"smile", "A", "surprise", "O"};
-  const AvatarRig rig = make_rig(avatar, *scene.contents->model);
+  const AvatarRig rig = *make_rig(avatar, *scene.contents->model);  // as training made it
   RenderOptions options = render_options(RenderQuality::preview);
   PreviewPictures pictures;
   pictures.frame = scene.view.tracked->frame;

@@ -31,7 +31,9 @@ Result<LiveFigures> measure_live(const Avatar& avatar, const HeadModel& model,
                                  const Progress& progress, std::stop_token stop) {
   const auto info = probe_video(clip);
   if (!info) return info.error();
-  const AvatarRig rig = make_rig(avatar, model);
+  const auto made = make_rig(avatar, model);
+  if (!made) return made.error();
+  const AvatarRig& rig = *made;
   const Camera camera = typical_camera(avatar);
   const RenderOptions quality = render_options(options.quality);
   LiveFigures figures;

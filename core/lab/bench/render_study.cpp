@@ -185,7 +185,9 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, std::vec
   const auto model = project_head_model(project.options);
   if (!model) return model.error();
   if (const auto fits = check_track_fits(set->track, *model); !fits) return fits.error();
-  const AvatarRig rig = make_rig(set->avatar, *model);
+  const auto made = make_rig(set->avatar, *model);
+  if (!made) return made.error();
+  const AvatarRig& rig = *made;
   const auto courses = read_courses(project, set->avatar);
   if (!courses) return courses.error();
   const std::vector<ChosenFrame> chosen = choose_frames(*set, frames);

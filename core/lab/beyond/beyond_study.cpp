@@ -251,7 +251,9 @@ Result<BeyondStudy> study_beyond_truth(const fs::path& folder, const BeyondOptio
   const auto registration =
       register_to_truth(tracked->capture, tracked->cameras, tracked->track, *model, *truth);
   if (!registration) return registration.error();
-  const Bench bench{*avatar, make_rig(*avatar, *model), *registration, *detector};
+  auto rig = make_rig(*avatar, *model);
+  if (!rig) return rig.error();
+  const Bench bench{*avatar, std::move(*rig), *registration, *detector};
   TruthCamera camera(options.film, *truth, tracked->capture, folder / "truth");
   const Progress looking = progress.stage(kBuilt, kLooked, "looking");
   Inputs inputs{*project, tracked->capture, camera, folder, looking, stop};

@@ -72,7 +72,9 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   const auto model = project_head_model(project.options);
   if (!model) return model.error();
   if (auto fits = check_track_fits(track, *model); !fits) return fits.error();
-  const AvatarRig rig = make_rig(avatar, *model);
+  const auto made = make_rig(avatar, *model);
+  if (!made) return made.error();
+  const AvatarRig& rig = *made;
   const auto detector = FaceDetector::load(project.options.shared.landmark_model);
   if (!detector) return detector.error();
   std::optional<PerceptualNetwork> perceptual;

@@ -17,7 +17,8 @@ namespace likeness {
 namespace fs = std::filesystem;
 
 Result<Image8> read_truth(const Project& project, const Capture& capture, int frame) {
-  auto picture = read_image(project.folder / frame_name(frame));
+  auto picture =
+      read_own_picture(project.folder / "frames", fmt::format("{:06}.png", frame), capture.size, 3);
   if (!picture) return picture.error();
   return crop(*picture, capture.inside);
 }
@@ -61,8 +62,10 @@ Result<HeldOutSet> read_held_out(const Project& project) {
   auto avatar = read_avatar(avatar_path(project));
   if (!avatar) return avatar.error();
   // A later import or fit leaves the old avatar in place until the next training.
-  const int width = capture.inside.empty() ? capture.size : capture.inside.width;
-  if (avatar->intrinsics.width != width || avatar->head_model_hash != track.head_model_hash) {
+  const int width = capture.inside.empty() ? capture.size : capture.inside.width,
+            height = capture.inside.empty() ? capture.size : capture.inside.height;
+  if (avatar->intrinsics.width != width || avatar->intrinsics.height != height ||
+      avatar->head_model_hash != track.head_model_hash) {
     return Error{
         ErrorCode::bad_input,
         fmt::format("The avatar was trained at {} px on the {} head; the project now holds {} px and "

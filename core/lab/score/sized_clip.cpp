@@ -97,7 +97,8 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
       ++clip.lost;
       continue;
     }
-    const auto truth = read_image(project.folder / frame_name(frame));
+    const auto truth =
+        read_own_picture(project.folder / "frames", fmt::format("{:06}.png", frame), clip_size, 3);
     if (!truth) return truth.error();
     auto regions = read_regions(regions_path(project), capture, frame);
     if (!regions) return regions.error();

@@ -245,7 +245,9 @@ Result<CullStudy> study_culling(const Project& project, int frames, const Progre
     return fits.error();
   const auto set = load_training_set(project, *model);
   if (!set) return set.error();
-  const AvatarRig rig = make_rig(avatar, *model);
+  const auto made = make_rig(avatar, *model);
+  if (!made) return made.error();
+  const AvatarRig& rig = *made;
   if (!rig.warps)
     return Error{ErrorCode::bad_input, "This avatar's face is not deformed by the head model.",
                  "Train it in the mode warp+hyper: likeness train --mode warp+hyper.",

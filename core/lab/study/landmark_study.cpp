@@ -151,7 +151,9 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
     if (const LandmarkMap& map = patches->maps[std::size_t(k)]; !map.map.empty())
       study.rows.push_back({k, map.correlation, map.spread, map.weight > 0, {}, {}, {}, {}, {}, {}});
 
-  const AvatarRig rig = make_rig(set->avatar, *model);
+  const auto made = make_rig(set->avatar, *model);
+  if (!made) return made.error();
+  const AvatarRig& rig = *made;
   const auto courses = read_courses(project, set->avatar);
   if (!courses) return courses.error();
   const auto held_out = held_out_frames(set->capture);
@@ -164,7 +166,8 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
     const TrackedFrame* t = find_tracked(set->track, frame);
     const auto camera = picture_camera(set->capture, set->cameras, set->track, frame);
     if (!t || t->status == FrameStatus::lost || !camera) continue;
-    const auto truth = read_image(project.folder / frame_name(frame));
+    const auto truth =
+        read_own_picture(project.folder / "frames", fmt::format("{:06}.png", frame), set->capture.size, 3);
     if (!truth) return truth.error();
     const RenderState state = pose_avatar(rig, frame_pose(set->avatar, *courses, *t));
     const RenderedFrame rendered =

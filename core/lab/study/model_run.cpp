@@ -195,7 +195,7 @@ Paint paint_with(const NerfAvatar& avatar, const AvatarRig& rig) {
 template <class Model>
 void take_mark(const StudyBench& bench, const Model& model, const Avatar& scene,
                std::vector<ModelMark>& marks, const std::stop_token& stop) {
-  const AvatarRig rig = make_rig(scene, bench.clip.set.model);
+  const AvatarRig rig = *make_rig(scene, bench.clip.set.model);  // as training made it
   const PaintedFrames painted = paint_frames(bench, bench.marked, paint_with(model, rig), stop);
   marks.push_back(mark_of(painted.scores, painted.background_known, scene.train_seconds, scene.steps));
 }
@@ -353,7 +353,9 @@ Result<ModelScore> run_grid(const StudyBench& bench, const ModelSpec& spec, std:
   const auto observe = [&](const TrainStatus& status) { samples_per_ray = status.samples_per_ray; };
   auto avatar = train_avatar(set, options, {}, progress, observe, stop, tap);
   if (!avatar) return avatar.error();
-  const AvatarRig rig = make_rig(*avatar, bench.clip.set.model);
+  const auto made = make_rig(*avatar, bench.clip.set.model);
+  if (!made) return made.error();
+  const AvatarRig& rig = *made;
   auto score = score_model(bench, spec, paint_with(*avatar, rig),
                            {avatar->seed, avatar->steps, avatar->train_seconds}, std::move(marks), stop);
   if (!score) return score.error();
@@ -394,7 +396,9 @@ Result<ModelScore> run_mlp(const StudyBench& bench, const ModelSpec& spec, std::
                     }};
   const auto avatar = train_nerf(evened(bench, spec.mode), options, progress, stop, tap);
   if (!avatar) return avatar.error();
-  const AvatarRig rig = make_rig(avatar->scene, bench.clip.set.model);
+  const auto made = make_rig(avatar->scene, bench.clip.set.model);
+  if (!made) return made.error();
+  const AvatarRig& rig = *made;
   const Avatar& scene = avatar->scene;
   auto score = score_model(bench, spec, paint_with(*avatar, rig),
                            {scene.seed, scene.steps, scene.train_seconds}, std::move(marks), stop);

@@ -36,7 +36,9 @@ Result<void> compare_rest(const Avatar& avatar, const HeadModel& avatar_model, c
   rest.frames = {frame};
   const auto driven = drive(rest, driver, subject, options);
   if (!driven) return driven.error();
-  const AvatarRig rig = make_rig(avatar, avatar_model);
+  const auto made = make_rig(avatar, avatar_model);
+  if (!made) return made.error();
+  const AvatarRig& rig = *made;
   const auto picture = [&](const AvatarPose& pose) {
     const RenderedFrame rendered = render_frame(avatar, typical_camera(avatar), pose_avatar(rig, pose));
     return to_bytes(composite(rendered.rgba, Image8{}));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <string>
 
 namespace likeness {
 namespace {
@@ -25,6 +26,28 @@ TEST(JsonText, TextThatIsNotJsonIsRefused) {
 TEST(JsonText, BytesThatAreNotUtf8) {
   const nlohmann::json value{{"file", "caf\xe9.mp4"}};
   EXPECT_EQ(json_text(value), "{\"file\":\"caf\xef\xbf\xbd.mp4\"}");
+}
+
+// What is read is compared, handed on and written again by functions that call themselves.
+TEST(JsonText, TextThatIsNestedTooDeeplyIsRefused) {
+  const auto nested = [](int depth) {
+    return std::string(std::size_t(depth), '[') + std::string(std::size_t(depth), ']');
+  };
+  EXPECT_NO_THROW(parse_json(nested(kDeepestJson)));
+  for (const std::string& text : {nested(kDeepestJson + 1), nested(200'000), std::string(200'000, '[')}) {
+    EXPECT_THROW(parse_json(text), nlohmann::json::parse_error);
+    EXPECT_TRUE(try_parse_json(text).is_discarded());
+  }
+  EXPECT_EQ(parse_json("[\"" + std::string(100, '[') + "\\\"[\"]").size(), 1u) << "brackets in text are none";
+}
+
+TEST(JsonText, NumbersHaveARange) {
+  EXPECT_EQ(whole_number_in(nlohmann::json(7), 1, 9), 7);
+  EXPECT_EQ(number_in(nlohmann::json(0.5), 0, 1), 0.5);
+  for (const char* text : {"10", "1e300", "-1e300", "null", "\"7\""}) {
+    EXPECT_THROW(whole_number_in(parse_json(text), 1, 9), nlohmann::json::exception) << text;
+    EXPECT_THROW(number_in(parse_json(text), 1, 9), nlohmann::json::exception) << text;
+  }
 }
 
 }  // namespace

@@ -44,5 +44,12 @@ TEST(Progress, CountsReportsFromManyThreads) {
 
 TEST(Progress, WithoutAListenerDoesNothing) { Progress().stage(0, 1, "x").report(0.5); }
 
+// Standard error may be closed or full.
+TEST(Progress, ASinkThatFailsDoesNotEndTheWork) {
+  const Progress progress([](const ProgressReport&) { throw std::runtime_error("no space left"); });
+  EXPECT_NO_THROW(progress.report(0.5, "half"));
+  EXPECT_NO_THROW(progress.report(1));
+}
+
 }  // namespace
 }  // namespace likeness

@@ -147,7 +147,7 @@ class BakedBall : public testing::Test {
 };
 
 TEST_F(BakedBall, PicturesAreCloseToTheAvatars) {
-  const AvatarRig rig = make_rig(avatar(), set().model);
+  const AvatarRig rig = *make_rig(avatar(), set().model);
   for (const std::size_t v : {1u, 6u, 11u}) {
     const TrainingView& view = set().views[v];
     const RenderState state = pose_avatar(rig, view.pose);
@@ -167,7 +167,7 @@ TEST_F(BakedBall, TheFieldsThemselvesAreNotNeeded) {
 
 // Only the term added per ray depends on the expression.
 TEST_F(BakedBall, ExpressionChangesColoursButNotShape) {
-  const AvatarRig rig = make_rig(avatar(), set().model);
+  const AvatarRig rig = *make_rig(avatar(), set().model);
   const TrainingView& view = set().views[0];
   const auto render = [&](float bulge) {
     Articulation articulation = view.pose.articulation;

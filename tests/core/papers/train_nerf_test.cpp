@@ -53,7 +53,7 @@ TEST(TrainNerf, ItsPicturesResembleTheirTruth) {
   const auto avatar = train_nerf(ball(), small_options(FieldMode::concat, 150), Progress(), {});
   ASSERT_TRUE(avatar.ok());
   const TrainingView truth = ball_view(gradient_plate(24), 24, 1.3);
-  const AvatarRig rig = make_rig(avatar->scene, ball().model);
+  const AvatarRig rig = *make_rig(avatar->scene, ball().model);
   const RenderState state = pose_avatar(rig, truth.pose);
   const Image rgba = render_nerf(*avatar, truth.camera, state, {.coarse = 12, .fine = 12});
   EXPECT_GT(psnr_from_mse(mse(composite(rgba, gradient_plate(24)), to_float(truth.rgb))), 20);

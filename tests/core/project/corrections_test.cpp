@@ -10,6 +10,7 @@
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/head/builtin_head.h"
+#include "core/project/own_names.h"
 #include "core/project/run_stages.h"
 #include "core/project/staleness.h"
 #include "core/scene/track.h"

@@ -9,6 +9,7 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/project/own_names.h"
 #include "core/project/staleness.h"
 #include "core/scene/track.h"
 

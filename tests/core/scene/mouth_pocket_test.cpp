@@ -18,7 +18,7 @@ class MouthPocketTest : public ::testing::Test {
   static void SetUpTestSuite() {
     model_ = new HeadModel(make_builtin_head());
     shape_ = new HeadShape(shape_head(*model_, PersonShape{}));
-    frame_ = new WarpFrame(make_warp_frame(*model_, *shape_, neutral_articulation(*model_)));
+    frame_ = new WarpFrame(*make_warp_frame(*model_, *shape_, neutral_articulation(*model_)));
   }
   static void TearDownTestSuite() { delete model_, delete shape_, delete frame_; }
 
@@ -164,7 +164,7 @@ TEST_F(MouthPocketTest, TheGapOpensContinuously) {
 TEST_F(MouthPocketTest, ModelsWithoutTeethHaveAPocketToo) {
   HeadModel bare = *model_;
   bare.parts.assign(bare.vertices.size(), HeadPart::unknown);
-  const WarpFrame frame = make_warp_frame(bare, *shape_, neutral_articulation(bare));
+  const WarpFrame frame = *make_warp_frame(bare, *shape_, neutral_articulation(bare));
   const std::vector<Vec3f> face = posed("jawOpen", 0.6f);
   const WarpLattice lattice = make_warp_lattice(frame, face);
   EXPECT_LT((frame.mouth.bite - frame_->mouth.bite).cwiseAbs().y(), 0.004f);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <random>
 
 #include "core/head/builtin_head.h"
@@ -30,7 +31,7 @@ class WarpLatticeTest : public ::testing::Test {
       }
     return pose_head(*model_, *shape_, a);
   }
-  static WarpFrame frame() { return make_warp_frame(*model_, *shape_, neutral_articulation(*model_)); }
+  static WarpFrame frame() { return *make_warp_frame(*model_, *shape_, neutral_articulation(*model_)); }
 
   static HeadModel* model_;
   static HeadShape* shape_;
@@ -93,7 +94,7 @@ TEST_F(WarpLatticeTest, SurfaceWithDetailMapsBackToRest) {
   Articulation smiling = neutral_articulation(*model_);
   smiling.expression = smile->expression;
   const WarpFrame plain = frame(),
-                  f = make_warp_frame(*model_, *shape_, neutral_articulation(*model_), kWarpCell, &detail);
+                  f = *make_warp_frame(*model_, *shape_, neutral_articulation(*model_), kWarpCell, &detail);
   const std::vector<Vec3f> bare = posed("mouthSmile_L", 1),
                            now = pose_detailed_head(*model_, *shape_, smiling, detail);
   const WarpLattice with = make_warp_lattice(f, now), without = make_warp_lattice(plain, bare);
@@ -114,7 +115,7 @@ TEST_F(WarpLatticeTest, SurfaceWithDetailMapsBackToRest) {
   EXPECT_LT(median(known), 0.4f * median(unknown));
   // Without detail the field is identical, to the bit.
   const ExpressionDetail none;
-  const WarpFrame same = make_warp_frame(*model_, *shape_, neutral_articulation(*model_), kWarpCell, &none);
+  const WarpFrame same = *make_warp_frame(*model_, *shape_, neutral_articulation(*model_), kWarpCell, &none);
   EXPECT_EQ(make_warp_lattice(same, bare).displacement, without.displacement);
 }
 
@@ -189,7 +190,7 @@ TEST_F(WarpLatticeTest, AModelThatDoesNotMoveHasNoLattice) {
   still.skinning_weights.col(kRoot) += still.skinning_weights.col(kJaw);
   still.skinning_weights.col(kJaw).setZero();
   still.pose_basis.resize(0, 0);
-  const WarpFrame f = make_warp_frame(still, *shape_, neutral_articulation(still));
+  const WarpFrame f = *make_warp_frame(still, *shape_, neutral_articulation(still));
   EXPECT_TRUE(f.vertices.empty());
   EXPECT_TRUE(make_warp_lattice(f, shape_->vertices).empty());
 }
@@ -219,6 +220,28 @@ TEST_F(WarpLatticeTest, ManyPointsMatchPointsOneByOne) {
     for (std::size_t i = 0; i < count; ++i)
       apart += (Vec3f(at[0][i], at[1][i], at[2][i]) - expected[i]).norm() > 2e-6f;
     EXPECT_LE(apart, count / 2000) << count;
+  }
+}
+
+// The person comes from a file, which may say that a vertex lies anywhere.
+TEST_F(WarpLatticeTest, AHeadOfImpossibleSizeHasNone) {
+  for (const float far : {4000.f, 1e6f, 1e30f}) {
+    HeadShape shape = *shape_;
+    for (std::size_t v = 0; v < shape.vertices.size(); v += 10) shape.vertices[v].z() = far;
+    const auto frame = make_warp_frame(*model_, shape, neutral_articulation(*model_), 0.099f);
+    ASSERT_FALSE(frame.ok()) << far;
+    EXPECT_FALSE(frame.error().fix.empty());
+  }
+  EXPECT_FALSE(make_warp_frame(*model_, *shape_, neutral_articulation(*model_), 0.00011f).ok());
+}
+
+TEST_F(WarpLatticeTest, AFaceFarOutsideMovesNothing) {
+  const WarpFrame f = frame();
+  for (const float far : {100.f, 1e12f, -1e30f, std::numeric_limits<float>::infinity(),
+                          std::numeric_limits<float>::quiet_NaN()}) {
+    const std::vector<Vec3f> posed(model_->vertices.size(), Vec3f::Constant(far));
+    const WarpLattice lattice = make_warp_lattice(f, posed);
+    EXPECT_EQ(displacement_at(lattice, f.rest.front()), Vec3f(Vec3f::Zero())) << far;
   }
 }
 

@@ -72,7 +72,7 @@ Result<Avatar> train_blushing(const TrainingSet& set, FieldMode mode) {
 Image picture(const Avatar& avatar, const HeadModel& model, const TrainingView& view, float amount) {
   AvatarPose pose = view.pose;
   if (!avatar.attributes.empty()) pose.attributes = {amount};
-  return composite(render_frame(avatar, view.camera, pose_avatar(make_rig(avatar, model), pose)).rgba,
+  return composite(render_frame(avatar, view.camera, pose_avatar(*make_rig(avatar, model), pose)).rgba,
                    gradient_plate(view.rgb.width));
 }
 

@@ -24,7 +24,7 @@ double quality(const TrainingSet& set, std::uint64_t seed, std::shared_ptr<Backe
   const auto avatar = train_avatar(set, options, {}, Progress(), {}, {});
   EXPECT_TRUE(avatar.ok()) << avatar.error().what;
   if (!avatar) return 0;
-  const AvatarRig rig = make_rig(*avatar, set.model);
+  const AvatarRig rig = *make_rig(*avatar, set.model);
   double sum = 0;
   const double times[] = {0.2, 1.3, 2.9};
   for (const double time : times) {

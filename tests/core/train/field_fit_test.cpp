@@ -26,7 +26,7 @@ TrainingSet* FieldFitTest::set_ = nullptr;
 Avatar* FieldFitTest::avatar_ = nullptr;
 
 TEST_F(FieldFitTest, RecoversAShiftedHead) {
-  const AvatarRig rig = make_rig(*avatar_, set_->model);
+  const AvatarRig rig = *make_rig(*avatar_, set_->model);
   const TrainingView& view = set_->views[8];
   AvatarPose wrong = view.pose;
   wrong.world_from_head.translation() += Vec3d(0.004, -0.003, 0);
@@ -43,7 +43,7 @@ TEST_F(FieldFitTest, RecoversAShiftedHead) {
 }
 
 TEST_F(FieldFitTest, AnEmptyRegionChangesNothing) {
-  const AvatarRig rig = make_rig(*avatar_, set_->model);
+  const AvatarRig rig = *make_rig(*avatar_, set_->model);
   const TrainingView& view = set_->views[0];
   const Image8 nowhere(view.rgb.width, view.rgb.height, 1);
   const FieldFit fit =
@@ -52,7 +52,7 @@ TEST_F(FieldFitTest, AnEmptyRegionChangesNothing) {
 }
 
 TEST_F(FieldFitTest, CorrectionsHaveZeroMeanAndBounds) {
-  const AvatarRig rig = make_rig(*avatar_, set_->model);
+  const AvatarRig rig = *make_rig(*avatar_, set_->model);
   TrainingSet shifted = *set_;
   for (std::size_t v = 0; v < shifted.views.size(); ++v)
     shifted.views[v].pose.world_from_head.translation().x() += v % 2 ? 0.02 : -0.02;  // further than allowed
@@ -80,7 +80,7 @@ TEST(RefineTrack, MovesWrongTrainingPosesTowardsTheTruth) {
   const auto plain = train_avatar(wrong, options, {}, Progress(), {}, {});
   ASSERT_TRUE(refined.ok() && plain.ok());
   const auto loss = [&](const Avatar& avatar) {
-    const AvatarRig rig = make_rig(avatar, truth.model);
+    const AvatarRig rig = *make_rig(avatar, truth.model);
     double error = 0;
     for (const TrainingView& view : truth.views) {
       const Image seen =

@@ -20,7 +20,7 @@ TEST(MemoryForecast, CountsPicturesAndLatticesAsTheyAreStored) {
   const MemoryForecast forecast = forecast_memory(set, {});
   std::uint64_t pictures = 0, lattices = 0;
   const HeadShape shape = shape_head(set.model, set.person);
-  const WarpFrame warp = make_warp_frame(set.model, shape, typical_articulation(set));
+  const WarpFrame warp = *make_warp_frame(set.model, shape, typical_articulation(set));
   for (const TrainingView& view : set.views) {
     pictures += view.rgb.data.size() + view.alpha.bytes();
     const WarpLattice lattice = make_warp_lattice(warp, pose_head(set.model, shape, view.pose.articulation));

@@ -28,7 +28,7 @@ TrainingView of_further_clip(TrainingView view, double light) {
 
 // Mean square difference of what is seen of the head from a truth in a light.
 double head_error(const Avatar& avatar, const HeadModel& model, const TrainingView& truth, double light = 1) {
-  const AvatarRig rig = make_rig(avatar, model);
+  const AvatarRig rig = *make_rig(avatar, model);
   const RenderState state = pose_avatar(rig, truth.pose);
   const RenderedFrame seen = render_frame(avatar, truth.camera, state);
   double error = 0;
@@ -60,7 +60,7 @@ TEST(RegisterClips, FindsAFurtherClipsHeadWhateverItsLight) {
     truth.push_back(set.views.back().pose.world_from_head);
     set.views.back().pose.world_from_head = truth.back() * inverse(offset);
   }
-  const AvatarRig rig = make_rig(*avatar, set.model);
+  const AvatarRig rig = *make_rig(*avatar, set.model);
   const auto corrections = register_clips(set, *avatar, rig, {}, {});
   ASSERT_EQ(corrections.size(), set.views.size());
   for (std::size_t v = 0; v < 16; ++v) EXPECT_EQ(corrections[v].norm(), 0) << v;
@@ -83,7 +83,7 @@ TEST(RegisterClips, ViewsOfSomethingElseMoveNothing) {
   options.largest_turn = options.largest_shift = 0;  // everything found counts as implausible
   set.views.push_back(of_further_clip(set.views[3], 1));
   set.views.back().pose.world_from_head.translation().x() += 0.01;
-  const auto corrections = register_clips(set, *avatar, make_rig(*avatar, set.model), options, {});
+  const auto corrections = register_clips(set, *avatar, *make_rig(*avatar, set.model), options, {});
   for (const Eigen::VectorXd& correction : corrections) EXPECT_EQ(correction.norm(), 0);
 }
 

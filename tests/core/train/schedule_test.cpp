@@ -101,5 +101,21 @@ TEST(ResumeSchedule, ALongerBudgetContinuesAFinishedRun) {
   EXPECT_NEAR(double(done.total_steps), 300, 1);
 }
 
+// 14 s in which the process was stopped are no step's.
+TEST(StepSeconds, APauseCountsAsOneStep) {
+  StepSeconds steps;
+  double sum = 0;
+  for (int step = 0; step < 10; ++step) sum += steps.count(step == 5 ? 14.6 : 0.6);
+  EXPECT_NEAR(sum, 6, 1e-9);
+}
+
+TEST(StepSeconds, SlowStepsThatStayAreCountedBeforeLong) {
+  StepSeconds steps;
+  for (int step = 0; step < 40; ++step) steps.count(0.1);
+  double sum = 0;
+  for (int step = 0; step < 40; ++step) sum += steps.count(2);
+  EXPECT_GT(sum, 40);
+}
+
 }  // namespace
 }  // namespace likeness

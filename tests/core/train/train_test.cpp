@@ -44,7 +44,7 @@ class TrainAvatar : public testing::Test {
 };
 
 RenderedFrame render_view(const Avatar& avatar, const HeadModel& model, const TrainingView& view) {
-  return render_frame(avatar, view.camera, pose_avatar(make_rig(avatar, model), view.pose));
+  return render_frame(avatar, view.camera, pose_avatar(*make_rig(avatar, model), view.pose));
 }
 
 double held_out_psnr(const Avatar& avatar, const TrainingSet& set, double time) {
@@ -179,7 +179,7 @@ TEST_F(TrainAvatar, DetailMovesTheSurfaceItLearnsOnAndStaysInTheAvatar) {
   EXPECT_TRUE(without->detail.empty());
   EXPECT_EQ(with->detail.basis, detailed.detail.basis);
   // A face that no view showed has its own heights: the lattice of the pose is another one.
-  const AvatarRig rig = make_rig(*with, detailed.model);
+  const AvatarRig rig = *make_rig(*with, detailed.model);
   AvatarPose pose = typical_state(*with).pose;
   pose.articulation.expression[0] = 0.5f * (detailed.views[0].pose.articulation.expression[0] +
                                             detailed.views[6].pose.articulation.expression[0]) +
