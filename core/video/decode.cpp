@@ -387,7 +387,12 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
 }
 
 Result<void> VideoReader::Impl::convert(const AVFrame& decoded, VideoFrame& result) {
-  if (!pictures.show(decoded, pixels, part, result)) return damaged();
+  DecodedPicture shown;
+  const bool rgb = pixels != VideoPixels::luma, luma = pixels != VideoPixels::rgb;
+  if (!pictures.show(decoded, rgb, luma, part, shown)) return damaged();
+  result.rgb = rgb ? std::move(shown.rgb) : std::move(shown.luma);
+  if (rgb && luma) result.luma = std::move(shown.luma);
+  result.alpha = std::move(shown.alpha);
   return {};
 }
 

@@ -15,33 +15,25 @@ Image8 DecodedPictures::upright(Image8 picture, const PixelRect& place) const {
   return as_coded ? std::move(coded) : oriented(coded, orientation_);
 }
 
-bool DecodedPictures::show_masked(const AVFrame& decoded, const PixelRect& place, VideoPixels pixels,
-                                  VideoFrame& result) {
+bool DecodedPictures::show_masked(const AVFrame& decoded, const PixelRect& place, DecodedPicture& result) {
   const Image8 rgba = to_rgb_.to_rgba(decoded, place.width, place.height);
   if (rgba.empty()) return false;
   ShownPicture shown = over_backdrop(rgba);
   result.rgb = upright(std::move(shown.rgb), place);
-  if (!shown.alpha.empty()) result.alpha = upright(std::move(shown.alpha), place);
-  if (pixels == VideoPixels::both) result.luma = luma_of_photo(result.rgb);
-  if (pixels == VideoPixels::luma) result.rgb = luma_of_photo(result.rgb);
+  result.luma = luma_of_photo(result.rgb);
+  result.alpha = upright(std::move(shown.alpha), place);
   return true;
 }
 
-bool DecodedPictures::show(const AVFrame& decoded, VideoPixels pixels, const PixelRect& part,
-                           VideoFrame& result) {
+bool DecodedPictures::show(const AVFrame& decoded, bool rgb, bool luma, const PixelRect& part,
+                           DecodedPicture& result) {
   const PixelRect place = shapes_.place(decoded);
   if (has_alpha(decoded)) {
-    if (!show_masked(decoded, place, pixels, result)) return false;
+    if (!show_masked(decoded, place, result)) return false;
   } else {
-    const bool luma = pixels == VideoPixels::luma;
-    if (pixels == VideoPixels::both) {
-      result.luma = upright(to_luma_.to_luma(decoded, place.width, place.height), place);
-      if (result.luma.empty()) return false;
-    }
-    result.rgb = upright(luma ? to_luma_.to_luma(decoded, place.width, place.height)
-                              : to_rgb_.to_rgb(decoded, place.width, place.height),
-                         place);
-    if (result.rgb.empty()) return false;
+    if (luma) result.luma = upright(to_luma_.to_luma(decoded, place.width, place.height), place);
+    if (rgb) result.rgb = upright(to_rgb_.to_rgb(decoded, place.width, place.height), place);
+    if ((luma && result.luma.empty()) || (rgb && result.rgb.empty())) return false;
   }
   if (part.empty()) return true;
   for (Image8* picture : {&result.rgb, &result.luma, &result.alpha})

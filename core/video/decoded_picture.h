@@ -2,12 +2,17 @@
 // something. Internal to core/video, as frame_to_rgb.h.
 #pragma once
 
+#include "core/image/image.h"
 #include "core/image/pixel_rect.h"
-#include "core/video/decode.h"
 #include "core/video/frame_to_rgb.h"
 #include "core/video/picture_shape.h"
 
 namespace likeness {
+
+struct DecodedPicture {
+  Image8 rgb, luma;  // empty: not asked for
+  Image8 alpha;      // empty: the picture hides nothing (alpha.h)
+};
 
 class DecodedPictures {
  public:
@@ -20,10 +25,10 @@ class DecodedPictures {
   int shape_of(const AVFrame& decoded) { return shapes_.number(shapes_.place(decoded)); }
   bool changed_shape() const { return shapes_.several(); }
   // part: of the upright picture; empty: all of it. False: the pixels cannot be converted.
-  bool show(const AVFrame& decoded, VideoPixels pixels, const PixelRect& part, VideoFrame& result);
+  bool show(const AVFrame& decoded, bool rgb, bool luma, const PixelRect& part, DecodedPicture& result);
 
  private:
-  bool show_masked(const AVFrame& decoded, const PixelRect& place, VideoPixels pixels, VideoFrame& result);
+  bool show_masked(const AVFrame& decoded, const PixelRect& place, DecodedPicture& result);
   Image8 upright(Image8 picture, const PixelRect& place) const;
 
   Orientation orientation_;
