@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
     tell("There is not enough memory for this.\nClose other programs, or use a smaller --size.\n");
     return kExitFailed;
   } catch (const std::exception& error) {
-    if (std::ferror(stdout) != 0) return after_output(kExitFailed);
+    if (std::ferror(stdout) != 0) return after_output(kExitDone);
     tell("Likeness met an unexpected error: {}\nPlease report it together with the clip's details.\n",
          error.what());
     return kExitFailed;

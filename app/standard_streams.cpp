@@ -2,6 +2,7 @@
 #include "app/standard_streams.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -11,6 +12,16 @@
 #include <iostream>
 
 namespace likeness::app {
+
+namespace {
+
+// Of a pipe: what failed before may have left no errno.
+bool nobody_reads() {
+  pollfd out{STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
+}
+
+}  // namespace
 
 void open_standard_streams() {
   ::signal(SIGPIPE, SIG_IGN);
@@ -44,7 +55,7 @@ int after_output(int exit_code) {
   errno = 0;
   std::cout.flush();
   const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good();
-  if (written || errno == EPIPE) return exit_code;  // who read it had enough
+  if (written || errno == EPIPE || nobody_reads()) return exit_code;  // who read it had enough
   tell(
       "What this command prints could not be written{}{}.\nFree some disk space, or send it elsewhere; then "
       "run "

@@ -228,7 +228,7 @@ fs::path temporary_name(const fs::path& path) {
   static std::atomic<std::uint64_t> next{std::uint64_t(std::random_device()()) << 32 |
                                          std::random_device()()};
   return folder_of(path) / fmt::format(".{}.{}-{}.part{}", path.stem().string(), ::getpid(),
-                                       next.fetch_add(0x9E3779B97F4A7C15u), path.extension().string());
+                                       next.fetch_add(0x9E3779B97F4A7C15u) >> 40, path.extension().string());
 }
 
 bool is_part_name(const std::string& name) { return part_of(name).has_value(); }

@@ -18,7 +18,7 @@ bool path_exists(const std::filesystem::path& path);
 
 // Of plain files alone: a pipe or a device may never end. `most`: a larger file is an Error before any of it
 // is read.
-inline constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 32, kLargestText = std::uint64_t{1} << 28;
+inline constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 32, kLargestText = std::uint64_t{1} << 31;
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path,
                                          std::uint64_t most = kLargestFile);
 Result<std::string> read_text(const std::filesystem::path& path, std::uint64_t most = kLargestText);

@@ -85,7 +85,8 @@ Result<void> check_free(const fs::path& out, std::string_view option) {
     const std::string name = at.filename().string();
     const bool own =
         is_project_name(name) || (fs::exists(at) && (is_performance(name) || is_attributes_file(name)));
-    if (own && path_exists(at.parent_path() / "project.json"))
+    const fs::path folder = at.parent_path();
+    if (own && (find_damaged_project(folder) || open_project(folder)))
       return taken("what a project keeps", out, option);
   }
   return {};

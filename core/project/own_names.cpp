@@ -59,12 +59,9 @@ std::optional<fs::path> first_link(const fs::path& folder) {
 }  // namespace
 
 bool is_project_name(const std::string& name) {
-  // As set_aside_changed (core/project/stage_results.h) names what it moves.
-  constexpr std::string_view kChanged = ".changed.";
-  const std::size_t at = name.find(kChanged);
-  const std::string own =
-      at == std::string::npos ? name : name.substr(0, at) + name.substr(at + kChanged.size() - 1);
-  return std::ranges::find(kNames, own) != std::end(kNames);
+  // As keep_changed (core/project/stage_results.h) names its copies.
+  static const std::regex changed(R"(\.changed(-\d+)?(?=\.))");
+  return std::ranges::find(kNames, std::regex_replace(name, changed, "")) != std::end(kNames);
 }
 
 bool is_performance(const std::string& name) {
@@ -94,7 +91,8 @@ std::optional<fs::path> link_within(const fs::path& folder, bool deep) {
                      is_attributes_file(name) || name == ".lock";
     if (!own) continue;
     if (it->is_symlink(failure)) return it->path();
-    if (!it->is_directory(failure)) continue;
+    // Nothing is written into a comparison but by a study, which shares the project's own files there.
+    if (!it->is_directory(failure) || name == kComparisonFolder) continue;
     if (deep) {
       if (auto link = first_link(it->path())) return link;
     } else if (name == "clips") {

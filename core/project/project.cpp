@@ -61,7 +61,7 @@ json to_json(const StageRecord& record) {
          {"message", record.message},
          {"warnings", record.warnings}};
   if (!record.track_inputs.empty()) j["track_inputs"] = record.track_inputs;
-  if (!record.result_hash.empty()) j["result_hash"] = record.result_hash;
+  if (!record.results.empty()) j["results"] = record.results;
   if (!record.pictures_hash.empty()) j["pictures_hash"] = record.pictures_hash;
   return j;
 }
@@ -77,7 +77,7 @@ StageRecord record_from_json(const json& j) {
   record.message = j.at("message");
   record.warnings = j.at("warnings").get<std::vector<std::string>>();
   record.track_inputs = j.value("track_inputs", "");
-  record.result_hash = j.value("result_hash", "");
+  record.results = j.value("results", std::map<std::string, std::string>());
   record.pictures_hash = j.value("pictures_hash", "");
   return record;
 }
@@ -207,7 +207,6 @@ Result<void> save_project(const Project& project) {
          {"options", options_to_json(project.options)},
          {"stages", stages}};
   if (!project.further_clips.empty()) j["further_clips"] = project.further_clips;
-  // A path need not be valid UTF-8; the odd byte is replaced rather than refused.
   return write_text(project_file(project.folder), json_text(j, 2) + "\n");
 }
 
@@ -224,8 +223,11 @@ Result<Project> change_project(const fs::path& folder, const std::function<void(
 Result<ProjectLock> ProjectLock::acquire(const Project& project, Links links) {
   const fs::path path = project.folder / ".lock";
   const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
-  if (fd < 0 && errno == ELOOP) return check_no_links(project.folder, false).error();
-  if (fd < 0) return file_error(path, "write", errno);
+  if (const int failed = errno; fd < 0) {
+    if (failed == ELOOP)
+      if (auto own = check_no_links(project.folder, false); !own) return own.error();
+    return file_error(path, "write", failed);
+  }
   int failed = ::flock(fd, LOCK_EX | LOCK_NB);
   while (failed != 0 && errno == EINTR) failed = ::flock(fd, LOCK_EX | LOCK_NB);
   if (failed != 0) {

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,9 +41,10 @@ struct StageRecord {
   // Of the fit: what the whole clip's track was fitted from, spans fitted again and detail maps apart, while
   // track.json is that track, however the stage ended. Empty otherwise.
   std::string track_inputs{};
-  // Of what it wrote, when it was done (core/project/stage_results.h): its files, and its pictures' content.
-  // Empty in projects from before these were kept.
-  std::string result_hash{}, pictures_hash{};
+  // Of what it wrote, when it was done (core/project/stage_results.h): each file's content by its name, and
+  // that of its pictures. Empty in projects from before these were kept.
+  std::map<std::string, std::string> results{};
+  std::string pictures_hash{};
 };
 
 // Whether the filmed person agreed to an avatar of themselves. Asked when a clip is first imported in the

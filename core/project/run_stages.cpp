@@ -76,9 +76,11 @@ Result<void> run_one(Project& project, Stage stage, const Progress& progress, co
   StageRecord& record = project.record(stage);
   const std::string hash = input_hash(project, stage);
   const StageRecord before = record;
-  const auto changed_results = set_aside_changed(project, stage);
+  const auto changed_results = keep_changed(project, stage);
   if (!changed_results) return changed_results.error();
-  if (record.input_hash != hash) record = StageRecord{.input_hash = hash};
+  const bool retouched = before.state == StageState::done && !before.pictures_hash.empty() &&
+                         before.pictures_hash != pictures_hash(project, stage);
+  if (record.input_hash != hash || before.state == StageState::done) record = StageRecord{.input_hash = hash};
   record.state = StageState::running;
   if (const auto saved = save_project(project); !saved) return saved.error();
   changed(record);
@@ -92,9 +94,11 @@ Result<void> run_one(Project& project, Stage stage, const Progress& progress, co
     record.warnings.push_back(fmt::format(
         "What an earlier run wrote had been altered or damaged since, and was made again; it is kept as {}.",
         fmt::join(*changed_results, ", ")));
+  if (retouched && record.input_hash == before.input_hash)
+    record.warnings.push_back("Pictures of an earlier run had been altered since, and were made again.");
   if (outcome) {
     record.state = StageState::done;
-    record.result_hash = result_hash(project, stage);
+    record.results = stage_results(project, stage);
     record.pictures_hash = pictures_hash(project, stage);
   } else {
     record.state = outcome.error().code == ErrorCode::cancelled ? StageState::stopped : StageState::failed;
@@ -110,9 +114,9 @@ Result<void> run_one(Project& project, Stage stage, const Progress& progress, co
 bool is_whole(Project& project, Stage stage) {
   if (!is_current_alone(project, stage)) return false;
   StageRecord& record = project.record(stage);
-  if (record.result_hash.empty()) {
+  if (record.results.empty()) {
     if (!results_readable(project, stage)) return false;
-    record.result_hash = result_hash(project, stage);
+    record.results = stage_results(project, stage);
     record.pictures_hash = pictures_hash(project, stage);
     (void)save_project(project);  // else it is found out again
   }

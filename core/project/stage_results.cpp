@@ -2,6 +2,7 @@
 #include "core/project/stage_results.h"
 
 #include <algorithm>
+#include <regex>
 #include <system_error>
 #include <utility>
 
@@ -48,11 +49,13 @@ std::vector<fs::path> picture_folders(const Project& project, Stage stage) {
   return {};
 }
 
+// Ours alone: a sheet that somebody put beside them is no result.
 std::vector<fs::path> pictures_in(const fs::path& folder) {
+  static const std::regex form(R"(\d+(\.alpha)?\.png)");
   std::vector<fs::path> pictures;
   std::error_code failure;
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure))
-    if (it->path().extension() == ".png") pictures.push_back(it->path());
+    if (std::regex_match(it->path().filename().string(), form)) pictures.push_back(it->path());
   std::ranges::sort(pictures);
   return pictures;
 }
@@ -72,12 +75,18 @@ std::vector<fs::path> result_files(const Project& project, Stage stage) {
   return files;
 }
 
-std::string result_hash(const Project& project, Stage stage) {
-  std::string text;
-  for (const fs::path& file : result_files(project, stage)) text += content(file);
-  for (const fs::path& folder : picture_folders(project, stage))
-    for (const fs::path& picture : pictures_in(folder)) text += picture.filename().string() + "\n";
-  return hash_text(text);
+std::map<std::string, std::string> stage_results(const Project& project, Stage stage) {
+  std::map<std::string, std::string> results;
+  for (const fs::path& file : result_files(project, stage)) {
+    const auto hash = hash_file(file);
+    results[file.filename().string()] = hash ? *hash : "unreadable";
+  }
+  for (const fs::path& folder : picture_folders(project, stage)) {
+    std::string names;
+    for (const fs::path& picture : pictures_in(folder)) names += picture.filename().string() + "\n";
+    if (!names.empty()) results[folder.filename().string() + "/"] = hash_text(names);
+  }
+  return results;
 }
 
 std::string pictures_hash(const Project& project, Stage stage) {
@@ -106,23 +115,28 @@ bool results_readable(const Project& project, Stage stage) {
   return true;
 }
 
-Result<std::vector<std::string>> set_aside_changed(const Project& project, Stage stage) {
+Result<std::vector<std::string>> keep_changed(const Project& project, Stage stage) {
   const StageRecord& record = project.record(stage);
-  std::vector<std::string> moved;
-  if (record.state != StageState::done) return moved;
-  if (record.result_hash.empty() || record.result_hash == result_hash(project, stage)) {
-    if (!record.result_hash.empty() || results_readable(project, stage)) return moved;
-  }
+  std::vector<std::string> kept;
+  if (record.state != StageState::done || (record.results.empty() && results_readable(project, stage)))
+    return kept;
+  const auto now = stage_results(project, stage);
   for (const fs::path& file : result_files(project, stage)) {
-    fs::path aside = file;
-    aside.replace_extension(".changed" + file.extension().string());
+    const std::string name = file.filename().string();
+    const auto made = record.results.find(name);
+    const bool same = made != record.results.end() && made->second == now.at(name);
+    if (same || !fs::is_regular_file(file)) continue;
+    fs::path copy;
+    for (int number = 1; copy.empty() || path_exists(copy); ++number)
+      copy = project.folder / fmt::format("{}.changed{}{}", file.stem().string(),
+                                          number > 1 ? fmt::format("-{}", number) : "",
+                                          file.extension().string());
     std::error_code failure;
-    fs::remove_all(aside, failure);
-    fs::rename(file, aside, failure);
-    if (failure) return file_error(file, "rename", failure.value());
-    moved.push_back(aside.filename().string());
+    fs::copy_file(file, copy, failure);
+    if (failure) return file_error(copy, "write", failure.value());
+    kept.push_back(copy.filename().string());
   }
-  return moved;
+  return kept;
 }
 
 }  // namespace likeness

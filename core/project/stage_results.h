@@ -2,6 +2,7 @@
 // result.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -12,16 +13,16 @@ namespace likeness {
 // Those of its files that are there.
 std::vector<std::filesystem::path> result_files(const Project& project, Stage stage);
 
-// The content of its files, and the names of its pictures. Milliseconds.
-std::string result_hash(const Project& project, Stage stage);
+// A hash of each of its files by the file's name, and of its pictures' names by the folder's. Milliseconds.
+std::map<std::string, std::string> stage_results(const Project& project, Stage stage);
 // The content of its pictures: a second for thousands.
 std::string pictures_hash(const Project& project, Stage stage);
 
 // Whether its files can be read at all; of projects from before hashes were kept.
 bool results_readable(const Project& project, Stage stage);
 
-// Moves files that are not what the record says out of the way of a new run, so that nothing of them is built
-// upon and no edit by hand is lost: NAME.json becomes NAME.changed.json. Returns what was moved.
-Result<std::vector<std::string>> set_aside_changed(const Project& project, Stage stage);
+// Copies files that are there and not what the record says before a new run writes over them, so that no edit
+// by hand is lost: NAME.json to NAME.changed.json, NAME.changed-2.json, ... Returns the copies' names.
+Result<std::vector<std::string>> keep_changed(const Project& project, Stage stage);
 
 }  // namespace likeness

@@ -248,8 +248,8 @@ bool lesser_results_exist(const Project& project, Stage stage) {
 
 // Whether the stage's result is still what it wrote, as far as its record knows.
 bool is_unharmed(const Project& project, Stage stage) {
-  const std::string& kept = project.record(stage).result_hash;
-  return kept.empty() || kept == result_hash(project, stage);
+  const auto& kept = project.record(stage).results;
+  return kept.empty() || kept == stage_results(project, stage);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@ namespace {
 
 constexpr int kGap = 2, kBeside = 2;  // cells: between two pieces that are one; of soft hair about the solid
 constexpr double kLarge = 0.1;        // of the largest piece: another as large is the person, too
+constexpr double kMostStays = 0.8;    // of the opacity, summed over the cells
 
 class Cells {
  public:
@@ -61,11 +62,15 @@ std::size_t drop_loose_cells(FieldPart& part, int solid_from) {
   std::vector<std::size_t> sizes;
   const std::vector<int> piece = find_pieces(cells, solid, sizes);
   const std::size_t largest = *std::ranges::max_element(sizes);
-  if (largest == 0) return 0;  // young: nothing is solid yet
+  if (largest == 0) return 0;
   std::vector<std::uint8_t> stays(cells.count(), 0);
   for (std::size_t i = 0; i < piece.size(); ++i)
     if (piece[i] != 0 && double(sizes[std::size_t(piece[i])]) >= kLarge * double(largest))
       cells.around(i, kBeside, [&](std::size_t other) { stays[other] = 1; });
+  double all = 0, kept = 0;
+  for (std::size_t i = 0; i < stays.size(); ++i)
+    if (occupied(i)) all += part.opacity[i], kept += stays[i] ? part.opacity[i] : 0;
+  if (kept < kMostStays * all) return 0;
   std::size_t dropped = 0;
   for (std::size_t i = 0; i < stays.size(); ++i) {
     if (stays[i] || !occupied(i)) continue;

@@ -11,8 +11,9 @@ namespace likeness {
 // FieldPart::opacity from which a cell is solid. Clothes, seen from one side, are learnt as a thick haze.
 inline constexpr int kSolidHead = 40, kSolidTorso = 15;
 
-// Empties the occupied cells that are no part of the largest solid piece nor close to it, and returns how many
-// they were. Glasses, hair and collars touch the rest. Nothing is done where opacities are not known.
+// Empties the occupied cells that are no part of the largest solid piece, or of one a tenth as large, nor
+// close to it, and returns how many they were. Glasses, hair and collars touch the rest. Nothing is done
+// where opacities are not known, nor while most of what there is is haze: a young field.
 std::size_t drop_loose_cells(FieldPart& part, int solid_from);
 
 }  // namespace likeness

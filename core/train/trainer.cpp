@@ -74,8 +74,6 @@ Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const Co
     avatar.torso_modes.hem = find_hem(set, avatar.torso->cube);
     if (avatar.torso_modes.hem) extend_below(*avatar.torso_modes.hem, *avatar.torso);
   }
-  drop_loose_cells(avatar.head, kSolidHead);
-  if (avatar.torso) drop_loose_cells(*avatar.torso, kSolidTorso);
   avatar.steps = state.step;
   avatar.seed = options.seed;
   avatar.train_seconds = state.seconds;
@@ -196,17 +194,19 @@ Avatar avatar_so_far(const Scene& scene, const Run& run, const TrainingState& st
 }
 
 // One refinement of the track; its views are then placed again.
-void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
+Result<void> refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   run.progress.report(run.share(state), "correcting the track through the field");
   const Avatar avatar = avatar_so_far(scene, run, state);
-  const AvatarRig rig = *make_rig(avatar, scene.set.model);  // its lattice is the scene's, which was made
+  const auto rig = make_rig(avatar, scene.set.model);
+  if (!rig) return rig.error();
   RefineOptions options;
   options.seed = run.options.seed + std::uint64_t(state.refinements) * scene.set.views.size();
-  auto corrections = refine_track(scene.set, avatar, rig, state.corrections, options, stop);
-  if (stop.stop_requested()) return;  // all or nothing: it is due again when training continues
+  auto corrections = refine_track(scene.set, avatar, *rig, state.corrections, options, stop);
+  if (stop.stop_requested()) return {};  // all or nothing: it is due again when training continues
   state.corrections = std::move(corrections);
   ++state.refinements;
   scene.place_views(state);
+  return {};
 }
 
 // Views of a further clip begin as far from the code of zero as its faces' colours are from the first clip's,
@@ -226,17 +226,19 @@ void start_further_codes(const RaySource& rays, TrainingState& state) {
   }
 }
 
-void register_further(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
+Result<void> register_further(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   run.progress.report(run.share(state), "placing the heads of the further clips");
   const Avatar avatar = avatar_so_far(scene, run, state);
-  const AvatarRig rig = *make_rig(avatar, scene.set.model);  // its lattice is the scene's, which was made
+  const auto rig = make_rig(avatar, scene.set.model);
+  if (!rig) return rig.error();
   RegisterOptions options;
   options.seed = run.options.seed;
-  auto corrections = register_clips(scene.set, avatar, rig, options, stop);
-  if (stop.stop_requested()) return;  // as above
+  auto corrections = register_clips(scene.set, avatar, *rig, options, stop);
+  if (stop.stop_requested()) return {};  // as above
   state.corrections = std::move(corrections);
   scene.place_views(state);
   start_further_codes(scene.rays, state);
+  return {};
 }
 
 // The steps. The backend may hold what was learnt: `fetch` before the state is read, `place` after it was
@@ -347,7 +349,7 @@ struct Steps {
       }
       if (registration_due(state, scene)) {
         if (auto fetched = fetch(); !fetched) return fetched;
-        register_further(state, scene, run, stop);
+        if (auto done = register_further(state, scene, run, stop); !done) return done;
         if (auto placed = place(); !placed) return placed;
         if (auto placed = place_views(); !placed) return placed;
         end_pass();
@@ -355,7 +357,7 @@ struct Steps {
       }
       if (run.options.refine_track && refinement_due(state)) {
         if (auto fetched = fetch(); !fetched) return fetched;
-        refine(state, scene, run, stop);
+        if (auto done = refine(state, scene, run, stop); !done) return done;
         if (auto placed = place_views(); !placed) return placed;
         end_pass();
         continue;
@@ -465,7 +467,10 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   }
   scene.place_views(state);
   if (auto done = run_steps(state, scene, run, stop); !done) return done.error();
-  return make_avatar(set, options, map, scene.warp_cell(), volumes.neck, state);
+  Avatar avatar = make_avatar(set, options, map, scene.warp_cell(), volumes.neck, state);
+  drop_loose_cells(avatar.head, kSolidHead);
+  if (avatar.torso) drop_loose_cells(*avatar.torso, kSolidTorso);
+  return avatar;
 }
 
 }  // namespace likeness

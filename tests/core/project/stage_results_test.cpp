@@ -31,8 +31,7 @@ class StageResults : public testing::Test {
     for (const Stage stage : kStages) {
       StageRecord& record = project_.record(stage);
       record.state = StageState::done, record.input_hash = input_hash(project_, stage);
-      record.result_hash = result_hash(project_, stage),
-      record.pictures_hash = pictures_hash(project_, stage);
+      record.results = stage_results(project_, stage), record.pictures_hash = pictures_hash(project_, stage);
     }
   }
   void TearDown() override { fs::remove_all(root_); }
@@ -75,18 +74,31 @@ TEST_F(StageResults, APictureIsMissedAtOnceAndLookedIntoBeforeARun) {
   }
 }
 
-TEST_F(StageResults, WhatWasChangedIsKeptAside) {
-  EXPECT_TRUE(set_aside_changed(project_, Stage::fit)->empty());
-  ASSERT_TRUE(write_text(project_.folder / "track.json", "edited by hand").ok());
-  const auto moved = set_aside_changed(project_, Stage::fit);
-  ASSERT_TRUE(moved.ok()) << moved.error().what;
-  EXPECT_EQ(*moved, std::vector<std::string>{"track.changed.json"});
-  EXPECT_FALSE(fs::exists(project_.folder / "track.json"));
-  EXPECT_EQ(*read_text(project_.folder / "track.changed.json"), "edited by hand");
+TEST_F(StageResults, WhatWasChangedIsKeptBesideAndNothingElse) {
+  EXPECT_TRUE(keep_changed(project_, Stage::fit)->empty());
+  for (const char* name : {"track.changed.json", "track.changed-2.json"}) {
+    ASSERT_TRUE(write_text(project_.folder / "track.json", name).ok());
+    const auto kept = keep_changed(project_, Stage::fit);
+    ASSERT_TRUE(kept.ok()) << kept.error().what;
+    EXPECT_EQ(*kept, std::vector<std::string>{name});
+    EXPECT_EQ(*read_text(project_.folder / name), name);
+  }
+  EXPECT_EQ(*read_text(project_.folder / "track.json"), "track.changed-2.json") << "until a run replaces it";
+  // What was removed, as our own messages advise, is nobody's edit, and what lies beside it is whole.
+  fs::remove(project_.folder / "plate.png"), fs::remove_all(project_.folder / "regions");
+  EXPECT_FALSE(is_current_alone(project_, Stage::matte));
+  EXPECT_TRUE(keep_changed(project_, Stage::matte)->empty());
+}
+
+TEST_F(StageResults, APictureThatIsNotOursChangesNothing) {
+  for (const char* name : {"frames/sheet.png", "masks/._000000.png"})
+    ASSERT_TRUE(write_text(project_.folder / name, "somebody's").ok());
+  EXPECT_TRUE(is_current_alone(project_, Stage::import));
+  EXPECT_TRUE(is_current_alone(project_, Stage::matte));
 }
 
 TEST_F(StageResults, AProjectFromBeforeHashesWereKeptStaysCurrent) {
-  for (const Stage stage : kStages) project_.record(stage).result_hash.clear();
+  for (const Stage stage : kStages) project_.record(stage).results.clear();
   for (const Stage stage : kStages) EXPECT_TRUE(is_current_alone(project_, stage));
   EXPECT_FALSE(results_readable(project_, Stage::fit)) << "a run looks whether it can be read";
 }

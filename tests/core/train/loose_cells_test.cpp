@@ -57,6 +57,12 @@ TEST(LooseCells, AnotherPieceOfTheSameKindOfSizeStays) {
   EXPECT_EQ(drop_loose_cells(part, 40), 0u);
 }
 
+TEST(LooseCells, AYoungFieldThatIsHazeAllOverIsLeftAlone) {
+  FieldPart part = block();
+  fill(part, {0, 0, 22}, 18, 30);
+  EXPECT_EQ(drop_loose_cells(part, 40), 0u);
+}
+
 TEST(LooseCells, NothingIsDroppedBeforeAnythingIsKnownOrSolid) {
   FieldPart part = block();
   EXPECT_EQ(drop_loose_cells(part, kThick + 1), 0u);
