@@ -58,8 +58,7 @@ int after_output(int exit_code) {
   if (written || errno == EPIPE || nobody_reads()) return exit_code;  // who read it had enough
   tell(
       "What this command prints could not be written{}{}.\nFree some disk space, or send it elsewhere; then "
-      "run "
-      "it again.\n",
+      "run it again.\n",
       errno != 0 ? ": " : "", errno != 0 ? std::strerror(errno) : "");
   return exit_code == kExitDone ? kExitFailed : exit_code;
 }

@@ -311,8 +311,7 @@ void add_truth_study(CLI::App& study, int& exit_code) {
   verb->add_option("demo", a->demo, "A folder of `likeness demo`; with --marks a project")->required();
   verb->add_option("project", a->project,
                    "For mattes, views and walls: the project that imported the demo's clip. For drive: the "
-                   "avatar's, which the "
-                   "demo's person drives");
+                   "avatar's, which the demo's person drives");
   std::vector<std::string> names;
   for (const TruthTable& table : kTruthTables) names.push_back(table.name);
   add_tables_option(*verb, a->output, names, "default: track");

@@ -91,7 +91,8 @@ Result<void> look_at_background(Search& search, const Progress& progress) {
     const std::string inputs = motion_inputs(*video_hash, options);
     auto motion = kept_motion(options.kept, inputs);
     auto pictures = motion ? kept_background(options.kept, inputs) : std::nullopt;
-    if (pictures) {
+    // Two files: one may be from another run.
+    if (pictures && pictures->frames.size() == motion->frames.size()) {
       search.motion = std::move(*motion), search.pictures = std::move(*pictures);
       progress.report(1);
       return {};

@@ -452,8 +452,7 @@ std::string evidence_of(const HandheldSolve& solve) {
   std::string text = fmt::format(
       "The background strays by {:.1f} thousandths of the picture's width, zoom {:.3f} to {:.3f}{}. One "
       "mosaic explains {:.0f} % of {} frames to {:.1f} grey values (noise {:.1f}); in pairs of frames far "
-      "apart "
-      "parts of it lie {:.2f} px off the model (limit {:.2f}), and its texture places it to {:.3f} px.",
+      "apart parts of it lie {:.2f} px off the model (limit {:.2f}), and its texture places it to {:.3f} px.",
       solve.motion, solve.zoom_low, solve.zoom_high, solve.shifts ? ", and the picture's middle shifts" : "",
       100 * solve.explained, solve.cameras.size(), solve.residual, solve.noise, solve.misfit_px,
       misfit_limit_px(solve.reference), solve.sigma_px);

@@ -126,11 +126,10 @@ Result<AlignResult> moving_result(const fs::path& video, const VideoInfo& info, 
   result.frames = int(motion.frames.size());
   result.registered = int(poses.size());
   if (double(keyframes.size()) < kEnoughPlaced * double(chosen))
-    result.warnings.push_back(
-        fmt::format("Only {} of {} keyframes fitted together. For a better path, film again: move slowly in "
-                    "one arc, keep "
-                    "a detailed background with things at several distances in view, and avoid blur.",
-                    keyframes.size(), chosen));
+    result.warnings.push_back(fmt::format(
+        "Only {} of {} keyframes fitted together. For a better path, film again: move slowly in one arc, "
+        "keep a detailed background with things at several distances in view, and avoid blur.",
+        keyframes.size(), chosen));
   if (result.registered < result.frames)
     result.warnings.push_back(fmt::format("The camera of {} of {} frames was not found; they are left out.",
                                           result.frames - result.registered, result.frames));

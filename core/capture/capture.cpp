@@ -255,7 +255,6 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
     document["seconds"] = {{"from_s", capture.seconds.from_s}, {"to_s", capture.seconds.to_s}};
   if (!capture.film.empty()) document["film"] = to_json(capture.film);
   if (!capture.inside.empty()) document["inside"] = to_json(capture.inside);
-  // A file name need not be valid UTF-8; the odd byte is replaced rather than refused.
   return write_text(path, json_text(document, 1) + "\n");
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "core/base/files.h"
@@ -363,6 +364,22 @@ Result<ClipScan> look_at_clip(VideoReader& reader, const FaceDetector& detector,
   }
 }
 
+// The film without the black that the reader puts round pictures of another shape, where all that serve have
+// it.
+PixelRect shown_part(const VideoReader& reader, const ClipScan& scan, const Capture& cut) {
+  std::optional<int> shape;
+  for (const ClipShot& shot : cut.shots) {
+    if (!shot.used) continue;
+    const auto first = std::ranges::lower_bound(scan.film, shot.first, {}, &FrameSketch::frame);
+    if (first == scan.film.end() || first->shape != shape.value_or(first->shape)) return cut.film;
+    shape = first->shape;
+  }
+  if (!shape || !reader.changed_shape()) return cut.film;
+  const PixelRect whole{0, 0, reader.info().width, reader.info().height}, own = reader.shape_part(*shape);
+  if (own == whole) return cut.film;
+  return cut.film.empty() ? own : common_part(cut.film, own);
+}
+
 Result<void> write_pictures(VideoReader& reader, const Capture& capture, const ImportListeners& listeners,
                             const fs::path& folder, const Progress& progress, std::stop_token stop) {
   FrameWriter writer(capture, folder, progress);
@@ -431,6 +448,7 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   cut.seconds = options.seconds;
   cut.frames = scan->frames;
   cut.shots = shots_of(*scan, film, is_photos(video));
+  cut.film = shown_part(*reader, *scan, cut);
   scan->film.clear();
   if (listeners.moving) {
     auto moving = listeners.moving(stretches_that_serve(cut));
@@ -444,8 +462,7 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   if (reader->changed_shape())
     capture->warnings.push_back(
         "The picture changes its shape in the middle of the video, as where a phone is turned or a call "
-        "becomes "
-        "narrower: it is cut there.");
+        "becomes narrower: it is cut there.");
   if (reader->was_interlaced())
     capture->warnings.push_back(
         "The video is interlaced: half of the lines of what moves had to be made from the others. Set the "

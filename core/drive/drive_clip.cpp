@@ -90,8 +90,7 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
   if (place->changed_shape)
     warnings.push_back(
         "The picture changes its shape in the middle of the clip, as where a phone is turned or a call "
-        "becomes narrower: "
-        "the driver is tracked anew there.");
+        "becomes narrower: the driver is tracked anew there.");
   TrackOptions options;
   options.shots = place->shots;
   options.predictor = request.landmark_model;

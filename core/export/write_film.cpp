@@ -179,7 +179,8 @@ class FrameSink {
     std::string list = "ffconcat version 1.0\n";
     for (std::size_t i = 0; i < pictures_.size(); ++i) {
       list += fmt::format("file {}\n", pictures_[i].filename().string());
-      if (i + 1 < pictures_.size()) list += fmt::format("duration {:.6f}\n", times_s_[i + 1] - times_s_[i]);
+      if (i + 1 < pictures_.size())
+        list += fmt::format("duration {:.6f}\n", std::max(0.0, times_s_[i + 1] - times_s_[i]));
     }
     return write_file(out_ / "pictures.ffconcat", std::as_bytes(std::span(list)));
   }

@@ -18,8 +18,8 @@ constexpr std::array kArrays{"v_template", "shapedirs",     "posedirs", "J_regre
 
 constexpr const char* kNoFlame =
     "Choose FLAME's generic_model.pkl, female_model.pkl, male_model.pkl, flame2023.pkl or "
-    "flame2023_no_jaw.pkl "
-    "(https://flame.is.tue.mpg.de), an ICT-FaceKit folder or a .npz, or leave the head model out.";
+    "flame2023_no_jaw.pkl (https://flame.is.tue.mpg.de), an ICT-FaceKit folder or a .npz, or leave the head "
+    "model out.";
 
 }  // namespace
 

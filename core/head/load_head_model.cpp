@@ -26,9 +26,8 @@ namespace {
 
 constexpr const char* kNoHead =
     "Choose FLAME's .pkl, a folder of ICT-FaceKit's .obj files, or a .npz in the FLAME key schema "
-    "(v_template, "
-    "shapedirs, posedirs, J_regressor, weights, kintree_table, f, lmk_faces_idx, lmk_bary_coords), or leave "
-    "the head model out to use the built-in one.";
+    "(v_template, shapedirs, posedirs, J_regressor, weights, kintree_table, f, lmk_faces_idx, "
+    "lmk_bary_coords), or leave the head model out to use the built-in one.";
 
 constexpr int kFlameVertices = 5023;
 constexpr int kFewestForActions = 500;  // vertices; on a coarser face no action can be recognised

@@ -36,8 +36,7 @@ constexpr const char* kVertexKey = "vertices";
 std::string needed(const HeadModel& model) {
   return fmt::format(
       "Give {} identity coefficients of the {} head, shape ({}) or (1, {}), or its {} vertices in metres, "
-      "shape "
-      "({}, 3): .npy, .npz with the key identity, shape or vertices, or an .obj.",
+      "shape ({}, 3): .npy, .npz with the key identity, shape or vertices, or an .obj.",
       model.identity_count(), model.name, model.identity_count(), model.identity_count(),
       model.vertex_count(), model.vertex_count());
 }

@@ -58,10 +58,14 @@ Result<cv::Mat> own_alpha(const Stage& stage, int frame, int size) {
   const std::filesystem::path path = stage.folder / alpha_name(frame);
   if (!std::filesystem::exists(path, ignored)) return cv::Mat();
   const auto alpha = read_image(path);
-  if (!alpha) return alpha.error();
-  if (alpha->channels != 1 || alpha->width != alpha->height)
-    return Error{ErrorCode::bad_input, "The mask that the clip brought does not fit its picture.",
-                 "Run `likeness import` again.", path.string()};
+  const int side = stage.capture.size;
+  if (!alpha || alpha->channels != 1 || alpha->width != side || alpha->height != side)
+    return Error{
+        ErrorCode::bad_input,
+        alpha ? fmt::format("{} does not have the project's {} x {} px.", path.string(), side, side)
+              : fmt::format("{} is missing or damaged.", path.string()),
+        fmt::format("Delete {} and run the build again: it is then made again.", path.parent_path().string()),
+        path.string()};
   const Image8 sized = alpha->width == size ? *alpha : resize(*alpha, size, size);
   return view(sized).clone();
 }

@@ -89,8 +89,7 @@ std::vector<OptionRow> make_table() {
        .stale = {align},
        .flag = "--lens",
        .help = "Focal length of a resting or hand-held camera, in mm as on 35 mm film (36 mm the longer "
-               "side); default: as "
-               "the clip says, or a usual one. 0: the default again",
+               "side); default: as the clip says, or a usual one. 0: the default again",
        .verbs = {.build = true, .import = true, .align = true, .fit = true},
        .range = {.low = 8, .high = 2000, .or_zero = true}},
       {.key = "head_model",

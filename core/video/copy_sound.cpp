@@ -56,12 +56,17 @@ Error sound_error(const std::filesystem::path& film, int error) {
           "Check the disk and the path, then run it again.", film.string()};
 }
 
-bool is_any(const AVStream&) { return true; }
+// Sound that is declared and never written has neither.
+bool is_any(const AVStream& stream) {
+  const AVCodecParameters& about = *stream.codecpar;
+  return about.codec_type != AVMEDIA_TYPE_AUDIO || (about.sample_rate > 0 && about.ch_layout.nb_channels > 0);
+}
 
 // A phone's second track may be of a kind that neither mp4 nor FFmpeg knows.
 bool fits_mp4(const AVStream& stream) {
   const AVOutputFormat* mp4 = av_guess_format("mp4", nullptr, nullptr);
-  return mp4 && avformat_query_codec(mp4, stream.codecpar->codec_id, FF_COMPLIANCE_NORMAL) == 1;
+  return is_any(stream) && mp4 &&
+         avformat_query_codec(mp4, stream.codecpar->codec_id, FF_COMPLIANCE_NORMAL) == 1;
 }
 
 // Null `stream` if the file has none of the kind.

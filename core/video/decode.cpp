@@ -36,8 +36,7 @@ namespace {
 
 constexpr std::string_view kCopyAgain =
     "Copy it again from the phone and wait until the copy is complete; if the phone cannot play it to its "
-    "end either, "
-    "film again.";
+    "end either, film again.";
 
 std::atomic<std::int64_t> frames_decoded = 0;  // by all readers
 
@@ -111,8 +110,11 @@ struct VideoReader::Impl {
   bool draining = false, ended = false;
   int read_error = 0;        // of the demuxer, if it stopped before the end
   std::int64_t packets = 0;  // of the video stream, whole
+  double end_s = 0;          // where the last of them ends, on the stream's clock
+  bool own_length = false;   // info.duration_s is the pictures' own, not their container's
   int next_index = 0;
   double last_time_s = 0;
+  double clock_offset_s = 0;     // of the file's clock, which may have jumped back
   std::optional<Error> failure;  // repeated by every later next()
 
   bool keeping = false;    // and all frames so far are kept
@@ -143,7 +145,7 @@ struct VideoReader::Impl {
   Result<void> convert(const AVFrame& decoded, VideoFrame& result);
   void keep(const VideoFrame& taken);
   void forget_kept();
-  double time_of_frame() const;
+  double time_of_frame();
   Result<std::optional<VideoFrame>> finish();
   Error broken_off() const;
   Error damaged() const;
@@ -262,6 +264,7 @@ void VideoReader::Impl::fill_info() {
   info.codec = avcodec_get_name(stream->codecpar->codec_id);
   const StreamLength length = length_of(*format, *stream);
   info.duration_s = length.seconds;
+  own_length = length.own;
   info.frame_count =
       length.frames > 0 ? length.frames : int(std::lround(info.duration_s * info.frames_per_second));
 }
@@ -286,6 +289,10 @@ Result<void> VideoReader::Impl::feed() {
       continue;
     }
     ++packets;
+    if (packet->pts != AV_NOPTS_VALUE) {
+      const std::int64_t start = stream->start_time == AV_NOPTS_VALUE ? 0 : stream->start_time;
+      end_s = std::max(end_s, double(packet->pts + packet->duration - start) * av_q2d(stream->time_base));
+    }
     const int sent = avcodec_send_packet(codec.get(), packet.get());
     av_packet_unref(packet.get());
     if (sent < 0 && sent != AVERROR(EAGAIN)) return damaged();
@@ -293,14 +300,20 @@ Result<void> VideoReader::Impl::feed() {
   }
 }
 
-// Presentation time of the frame just decoded, from the stream's start.
-double VideoReader::Impl::time_of_frame() const {
-  if (frame->best_effort_timestamp != AV_NOPTS_VALUE) {
-    const std::int64_t start = stream->start_time == AV_NOPTS_VALUE ? 0 : stream->start_time;
-    return double(frame->best_effort_timestamp - start) * av_q2d(stream->time_base);
-  }
+// Presentation time of the frame just decoded, from the stream's start; above the last one's, also where
+// recordings were joined and the clock jumps back.
+double VideoReader::Impl::time_of_frame() {
   const double step = info.frames_per_second > 0 ? 1 / info.frames_per_second : 0.04;
-  return next_index == 0 ? 0 : last_time_s + step;
+  const double next_s = next_index == 0 ? 0 : last_time_s + step;
+  if (frame->best_effort_timestamp == AV_NOPTS_VALUE) return next_s;
+  const std::int64_t start = stream->start_time == AV_NOPTS_VALUE ? 0 : stream->start_time;
+  const double clock_s = double(frame->best_effort_timestamp - start) * av_q2d(stream->time_base);
+  if (next_index == 0) return clock_s;
+  // Of two frames at one time the second is moved, and the clock is right again once it is past that.
+  constexpr double kRepeat_s = 1;
+  if (clock_offset_s < kRepeat_s && clock_s > last_time_s) clock_offset_s = 0;
+  if (clock_s + clock_offset_s <= last_time_s) clock_offset_s = next_s - clock_s;
+  return clock_s + clock_offset_s;
 }
 
 // The decoder's next frame, into `frame`.
@@ -427,9 +440,15 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::replay() {
   return std::optional<VideoFrame>(std::move(result));
 }
 
-// A cut-off MP4 may still hold every video packet (sound or tags were lost); then the video is complete.
+// A cut-off MP4 may still hold every video packet (sound or tags were lost); then the video is complete. A
+// Matroska file whose tail is lost within its length ends before its pictures do; its own length may be its
+// sound's.
 bool VideoReader::Impl::is_incomplete() const {
-  return read_error != 0 || (cut_off && (packets < stream->nb_frames || stream->nb_frames <= 0));
+  if (read_error != 0) return true;
+  if (cut_off) return packets < stream->nb_frames || stream->nb_frames <= 0;
+  const bool matroska = std::string_view(format->iformat->name).find("matroska") != std::string_view::npos;
+  return matroska && own_length && stream->nb_frames <= 0 &&
+         end_s < info.duration_s - std::max(1.0, 0.05 * info.duration_s);
 }
 
 Result<std::optional<VideoFrame>> VideoReader::Impl::finish() {
@@ -511,6 +530,7 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
 }
 
 bool VideoReader::changed_shape() const { return impl_->pictures.changed_shape(); }
+PixelRect VideoReader::shape_part(int shape) const { return impl_->pictures.part_of(shape); }
 bool VideoReader::was_interlaced() const { return impl_->interlaced; }
 
 void VideoReader::start_at(int index) { impl_->first = index; }

@@ -42,7 +42,7 @@ struct VideoFrame {
   Image8 luma{};      // 1 channel, from a reader of both; else empty
   Image8 alpha{};     // 1 channel, of a picture that hides something; else empty (alpha.h)
   // Which of the film's shapes the picture has, from 0 on. Where a film changes it in the middle, pictures
-  // keep their shape: they lie in the middle of the first one's, black around them.
+  // keep their shape: they lie in the middle of the film's, whose size info() has, black around them.
   int shape = 0;
 };
 
@@ -72,6 +72,8 @@ class VideoReader {
   const VideoInfo& info() const;
   // So far, its pictures had several shapes.
   bool changed_shape() const;
+  // Where pictures of this shape, which was seen, lie in the film's; px of all of it.
+  PixelRect shape_part(int shape) const;
   // From the next frame on: delivers only this part of the pictures, whose size info() then has; an empty
   // one: all of them. Lasts through rewind().
   void show_part(const PixelRect& part);

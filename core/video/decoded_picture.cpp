@@ -15,6 +15,13 @@ Image8 DecodedPictures::upright(Image8 picture, const PixelRect& place) const {
   return as_coded ? std::move(coded) : oriented(coded, orientation_);
 }
 
+PixelRect DecodedPictures::part_of(int shape) const {
+  PixelRect place = shapes_.place_of(shape);
+  if (orientation_.flip_x) place.x = width_ - place.right();
+  if (orientation_.flip_y) place.y = height_ - place.bottom();
+  return orientation_.transposed ? PixelRect{place.y, place.x, place.height, place.width} : place;
+}
+
 bool DecodedPictures::show_masked(const AVFrame& decoded, const PixelRect& place, DecodedPicture& result) {
   const Image8 rgba = to_rgb_.to_rgba(decoded, place.width, place.height);
   if (rgba.empty()) return false;

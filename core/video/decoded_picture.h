@@ -24,6 +24,7 @@ class DecodedPictures {
   // VideoFrame::shape; of every frame, in the order of decoding.
   int shape_of(const AVFrame& decoded) { return shapes_.number(shapes_.place(decoded)); }
   bool changed_shape() const { return shapes_.several(); }
+  PixelRect part_of(int shape) const;  // of the upright picture
   // part: of the upright picture; empty: all of it. False: the pixels cannot be converted.
   bool show(const AVFrame& decoded, bool rgb, bool luma, const PixelRect& part, DecodedPicture& result);
 

@@ -211,8 +211,9 @@ Result<void> VideoWriter::add(const Image8& rgb) {
 }
 
 Result<void> VideoWriter::add(const Image8& rgb, double time_s) {
-  LIKENESS_CHECK(impl_->timed && time_s >= 0 && time_s < 1e7, "a frame at %g s", time_s);
-  return impl_->add(rgb, std::llround(time_s * kClock));
+  LIKENESS_CHECK(impl_->timed, "a frame with its time added to a video at a steady rate");
+  constexpr double kLongest_s = 1e7;  // times come from files
+  return impl_->add(rgb, std::llround(std::clamp(time_s, 0.0, kLongest_s) * kClock));
 }
 
 Result<void> VideoWriter::finish() {

@@ -30,7 +30,7 @@ class VideoWriter {
 
   Result<void> add(const Image8& rgb);  // width x height x 3; at the steady rate
   // Of a timed film: time_s from its start on, rising by at least 1/90000 s, which an earlier one is moved
-  // to.
+  // to; to at most 1e7 s.
   Result<void> add(const Image8& rgb, double time_s);
   Result<void> finish();
 

@@ -215,11 +215,14 @@ Image8 FrameConverter::to_luma(const AVFrame& frame, int width, int height) {
 }
 
 Image8 FrameConverter::to_rgba(const AVFrame& frame, int width, int height) {
+  const Image8 toned = is_hdr(frame) ? to_rgb(frame, width, height) : Image8();
   if (!convert(frame, width, height, AV_PIX_FMT_RGBA, 4)) return {};
   Image8 image(width, height, 4);
   const auto* rows = reinterpret_cast<const std::uint8_t*>(pixels_.data());
   for (int y = 0; y < height; ++y)
     std::copy_n(rows + y * stride_bytes_, 4 * std::size_t(width), image.at(0, y));
+  for (std::size_t i = 0; i < toned.pixels(); ++i)
+    std::copy_n(toned.data.data() + 3 * i, 3, image.data.data() + 4 * i);
   return image;
 }
 

@@ -38,7 +38,7 @@ class FrameConverter {
   // BT.601. HLG and PQ frames are mapped to display-referred sRGB. Empty on failure. Size of the result:
   // width x height.
   Image8 to_rgb(const AVFrame& frame, int width, int height);
-  // The same with alpha, straight; of high dynamic range as it is.
+  // The same with alpha, straight.
   Image8 to_rgba(const AVFrame& frame, int width, int height);
   // Full-range luma, one channel; for HLG and PQ frames with the tones of to_rgb.
   Image8 to_luma(const AVFrame& frame, int width, int height);

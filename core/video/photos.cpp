@@ -7,6 +7,7 @@
 #include <array>
 #include <cctype>
 #include <map>
+#include <set>
 #include <string_view>
 
 #include "core/base/hash.h"
@@ -45,11 +46,33 @@ Image8 three_channels(const Image8& image) {
 struct FolderPictures {
   std::vector<fs::path> read;
   std::map<std::string, int> unread;  // by their names' ends, in small letters
+  int twice = 0;                      // left out of `read`: there in another kind
+  bool twice_heif = false;            // they are the HEIF ones
 };
+
+constexpr std::array<std::string_view, 3> kHeif{".heic", ".heif", ".avif"};
+
+std::string kind_of(const fs::path& path) {
+  std::string kind = path.extension().string();
+  std::ranges::transform(kind, kind.begin(), [](unsigned char c) { return std::tolower(c); });
+  return kind;
+}
+
+bool is_heif(const fs::path& path) { return std::ranges::find(kHeif, kind_of(path)) != kHeif.end(); }
+
+// Phones and those who copy from them write one photograph as HEIC and as JPEG.
+void leave_out_twice(FolderPictures& pictures) {
+  std::set<fs::path> heif, other;
+  for (const fs::path& path : pictures.read) (is_heif(path) ? heif : other).insert(path.stem());
+  pictures.twice_heif = heif.size() <= other.size();
+  const std::set<fs::path>& kept = pictures.twice_heif ? other : heif;
+  pictures.twice = int(std::erase_if(pictures.read, [&](const fs::path& path) {
+    return is_heif(path) == pictures.twice_heif && kept.contains(path.stem());
+  }));
+}
 
 FolderPictures list_pictures(const fs::path& folder, std::error_code& fault) {
   constexpr std::array<std::string_view, 6> kRead{".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp"};
-  constexpr std::array<std::string_view, 3> kHeif{".heic", ".heif", ".avif"};
   constexpr std::array<std::string_view, 24> kUnread{
       ".3fr", ".arw", ".bmp", ".cr2", ".cr3", ".dng", ".exr", ".gif", ".hif", ".iiq", ".j2k", ".jp2",
       ".jxl", ".nef", ".nrw", ".orf", ".pef", ".psd", ".raf", ".raw", ".rw2", ".rwl", ".srw", ".tga"};
@@ -61,13 +84,13 @@ FolderPictures list_pictures(const fs::path& folder, std::error_code& fault) {
     // Archives contain ._IMG_1.jpg files that are not pictures.
     std::error_code unknown;
     if (!entry.is_regular_file(unknown) || entry.path().filename().string().starts_with(".")) continue;
-    std::string kind = entry.path().extension().string();
-    std::ranges::transform(kind, kind.begin(), [](unsigned char c) { return std::tolower(c); });
+    const std::string kind = kind_of(entry.path());
     if (among(kRead, kind) || (among(kHeif, kind) && reads_heif()))
       pictures.read.push_back(entry.path());
     else if (among(kHeif, kind) || among(kUnread, kind))
       ++pictures.unread[kind];
   }
+  leave_out_twice(pictures);
   return pictures;
 }
 
@@ -96,16 +119,21 @@ Result<std::vector<fs::path>> list_photos(const fs::path& folder) {
 
 std::string unread_pictures(const fs::path& folder) {
   std::error_code fault;
-  const auto kinds = list_pictures(folder, fault).unread;
-  if (kinds.empty()) return "";
+  const FolderPictures pictures = list_pictures(folder, fault);
+  std::string twice;
+  if (pictures.twice > 0)
+    twice = fmt::format(
+        "{} photographs are in the folder twice, as HEIC or AVIF and in another kind: the {} are left out.",
+        pictures.twice, pictures.twice_heif ? "HEIC or AVIF ones" : "others");
+  if (pictures.unread.empty()) return twice;
   std::string counted;
-  for (const auto& [extension, count] : kinds)
+  for (const auto& [extension, count] : pictures.unread)
     counted += fmt::format("{}{} {}", counted.empty() ? "" : ", ", count, extension);
   return fmt::format(
-      "Pictures of these kinds in the folder cannot be read here and are left out: {}. Export them as JPEG "
-      "or PNG to use "
-      "them.",
-      counted);
+             "Pictures of these kinds in the folder cannot be read here and are left out: {}. Export them as "
+             "JPEG or PNG to use them.",
+             counted) +
+         space_before(twice);
 }
 
 Result<Image8> read_photo(const fs::path& path, Image8* alpha) {

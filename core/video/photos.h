@@ -12,11 +12,12 @@
 namespace likeness {
 
 // .jpg, .jpeg, .png, .tif, .tiff, .webp, and where OpenImageIO reads them .heic, .heif and .avif, by name
-// (core/base/natural_order.h); at least three.
+// (core/base/natural_order.h); at least three. Of names that are there both as HEIF and in another kind,
+// those of the kind that has more pictures.
 Result<std::vector<std::filesystem::path>> list_photos(const std::filesystem::path& folder);
 
-// What else in the folder is a picture by its name, but cannot be read, counted by kind, and what to do: two
-// sentences; empty where there is nothing.
+// What else in the folder is a picture by its name, but cannot be read, counted by kind, and what to do; then
+// how many are left out because they are there in another kind: sentences; empty where there is nothing.
 std::string unread_pictures(const std::filesystem::path& folder);
 
 // RGB, upright by its orientation tag, over the backdrop where it is transparent (alpha.h). alpha: becomes

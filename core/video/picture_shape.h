@@ -27,6 +27,7 @@ class PictureShapes {
   PixelRect place(const AVFrame& frame);
   // Of such a place: which of the film's shapes it is, in the order in which they first came, from 0 on.
   int number(const PixelRect& place);
+  const PixelRect& place_of(int number) const { return places_[std::size_t(number)]; }
   bool several() const { return places_.size() > 1; }
 
  private:

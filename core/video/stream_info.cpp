@@ -111,6 +111,7 @@ StreamLength length_of(const AVFormatContext& format, const AVStream& stream) {
   StreamLength length;
   const auto frames = stream.nb_frames;
   if (frames > 0 && frames < std::numeric_limits<int>::max()) length.frames = int(frames);
+  length.own = true;
   const double tick_s = av_q2d(stream.time_base);
   std::int64_t tagged = 0;  // 1/1000000 s
   if (stream.duration > 0) {
@@ -122,6 +123,7 @@ StreamLength length_of(const AVFormatContext& format, const AVStream& stream) {
     length.seconds = std::max(0.0, double(tagged) * 1e-6 - (late ? double(stream.start_time) * tick_s : 0));
   } else if (format.duration > 0) {
     length.seconds = double(format.duration) / AV_TIME_BASE;
+    length.own = false;
   }
   return length;
 }

@@ -40,6 +40,7 @@ Orientation orientation_of(const AVStream& stream);
 struct StreamLength {
   double seconds = 0;
   int frames = 0;
+  bool own = false;  // seconds: of the stream alone
 };
 StreamLength length_of(const AVFormatContext& format, const AVStream& stream);
 double rate_of(const std::filesystem::path& path, AVFormatContext& format, AVStream& stream);  // frames/s

@@ -141,6 +141,7 @@ Result<std::string> follow_clip(const ExportOrder& order, const RenderPlace& pla
   if (written->bridged > 0)
     words +=
         fmt::format("; in {} the driver's face was lost and the motion is interpolated", written->bridged);
+  for (const std::string& warning : written->warnings) words += ". " + warning;
   return words;
 }
 

@@ -319,6 +319,34 @@ TEST_F(Decode, ATruncatedMatroskaFileIsToldFromAWholeOne) {
   EXPECT_EQ(error_of(cut(folder_ / "live.mkv", 0.7)).what, "no error");
 }
 
+// Copied by a program that had reserved the room: all elements are whole, and nothing is in the last ones.
+TEST_F(Decode, AMatroskaFileWhoseTailIsEmptyIsCutShort) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make Matroska files";
+  write_clip(folder_ / "a.mp4", 64, 64, 150);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -c copy -cluster_time_limit 500 b.mkv"), 0);
+  auto bytes = *read_file(folder_ / "b.mkv");
+  std::fill(bytes.begin() + std::ptrdiff_t(bytes.size() / 2), bytes.end(), std::byte(0));
+  ASSERT_TRUE(write_file(folder_ / "b.mkv", bytes).ok());
+  EXPECT_THAT(error_of(folder_ / "b.mkv").what, HasSubstr("is cut short after frame"));
+}
+
+// Joined recordings each bring a clock of their own.
+TEST_F(Decode, TimesRiseWhereTheClockJumpsBack) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make a transport stream";
+  write_clip(folder_ / "a.mp4", 64, 64, 50);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -c copy a.ts"), 0);
+  auto bytes = *read_file(folder_ / "a.ts");
+  const auto more = bytes;
+  bytes.insert(bytes.end(), more.begin(), more.end());
+  ASSERT_TRUE(write_file(folder_ / "joined.ts", bytes).ok());
+  auto reader = VideoReader::open(folder_ / "joined.ts");
+  ASSERT_TRUE(reader.ok());
+  const auto frames = frames_of(*reader);
+  ASSERT_EQ(frames.size(), 100u);
+  for (std::size_t i = 1; i < frames.size(); ++i) EXPECT_GT(frames[i].second, frames[i - 1].second) << i;
+  EXPECT_NEAR(frames.back().second, 99 / 25.0, 0.1);
+}
+
 TEST_F(Decode, WhatAFilmHidesIsNotSeen) {
   if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make films with alpha";
   const std::string source =
@@ -379,6 +407,8 @@ TEST_F(Decode, APictureThatChangesItsShapeKeepsItsProportions) {
       }
     }
     EXPECT_TRUE(reader->changed_shape());
+    EXPECT_EQ(reader->shape_part(0), (PixelRect{0, 0, 256, 256}));
+    EXPECT_EQ(reader->shape_part(1), (PixelRect{56, 0, 144, 256}));
   }
 }
 

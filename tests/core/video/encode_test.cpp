@@ -56,6 +56,14 @@ TEST_F(Encode, AnUnfinishedVideoLeavesTheOldOneUntouched) {
   EXPECT_EQ(*before, *after);
 }
 
+// They come from files.
+TEST_F(Encode, ATimeBeforeTheStartIsMovedToIt) {
+  auto writer = VideoWriter::create(folder_ / "a.mp4", 64, 64, {.timed = true});
+  ASSERT_TRUE(writer.ok());
+  for (const double time_s : {-2.0, 0.5, 0.2}) ASSERT_TRUE(writer->add(Image8(64, 64, 3, 90), time_s).ok());
+  EXPECT_TRUE(writer->finish().ok());
+}
+
 TEST_F(Encode, PutsTheIndexFirst) {
   write_clip(folder_ / "a.mp4", 64, 64, 12);
   const auto text = read_text(folder_ / "a.mp4");

@@ -103,6 +103,24 @@ TEST_F(Photos, WhatPhonesWriteIsReadAndWhatCannotBeReadIsCounted) {
   EXPECT_THAT(none.error().what, HasSubstr("2 .dng, 1 .jxl"));
 }
 
+TEST_F(Photos, OnePhotographInTwoKindsIsOne) {
+  if (!reads_heif()) GTEST_SKIP() << "needs an OpenImageIO that reads HEIF";
+  const auto touch = [&](const std::string& name) { std::ofstream(folder_ / name) << "picture"; };
+  for (int i = 1; i <= 4; ++i) touch(fmt::format("{}.heic", i)), touch(fmt::format("{}.JPG", i));
+  EXPECT_THAT(listed(), testing::ElementsAre("1.JPG", "2.JPG", "3.JPG", "4.JPG"));
+  EXPECT_THAT(unread_pictures(folder_), HasSubstr("4 photographs are in the folder twice"));
+  touch("5.heic");
+  EXPECT_THAT(listed(), testing::ElementsAre("1.heic", "2.heic", "3.heic", "4.heic", "5.heic"));
+}
+
+TEST(OverBackdrop, AlphaThatIsZeroThroughoutMeansNothing) {
+  Image8 picture(8, 8, 4, 70);
+  for (std::size_t i = 3; i < picture.data.size(); i += 4) picture.data[i] = 0;
+  const ShownPicture shown = over_backdrop(picture);
+  EXPECT_TRUE(shown.alpha.empty());
+  EXPECT_EQ(*shown.rgb.at(3, 3), 70);
+}
+
 // Puts an orientation tag (Exif) behind the start mark of a JPEG.
 void tag_orientation(const fs::path& jpeg, int tag) {
   auto bytes = read_file(jpeg);
