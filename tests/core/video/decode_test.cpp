@@ -325,7 +325,11 @@ TEST_F(Decode, AMatroskaFileWhoseTailIsEmptyIsCutShort) {
   write_clip(folder_ / "a.mp4", 64, 64, 150);
   ASSERT_EQ(ffmpeg("-i a.mp4 -c copy -cluster_time_limit 500 b.mkv"), 0);
   auto bytes = *read_file(folder_ / "b.mkv");
-  std::fill(bytes.begin() + std::ptrdiff_t(bytes.size() / 2), bytes.end(), std::byte(0));
+  const std::array<std::byte, 4> cluster{std::byte(0x1f), std::byte(0x43), std::byte(0xb6), std::byte(0x75)};
+  const auto middle = bytes.begin() + std::ptrdiff_t(bytes.size() / 2);
+  const auto at = std::search(middle, bytes.end(), cluster.begin(), cluster.end());
+  ASSERT_NE(at, bytes.end());
+  std::fill(at, bytes.end(), std::byte(0));
   ASSERT_TRUE(write_file(folder_ / "b.mkv", bytes).ok());
   EXPECT_THAT(error_of(folder_ / "b.mkv").what, HasSubstr("is cut short after frame"));
 }
