@@ -36,6 +36,7 @@ inline Avatar posable_avatar() {
   a.warp_cell = 0.02f;
   a.neck = {-0.09f, -0.02f, Vec3f(0, -0.05f, 0)};
   a.intrinsics = {70, 50, 90, 90, 34, 26, 0.01, 0, 0, 0};
+  a.plate = Image8(70, 50, 3, 77);
   return a;
 }
 
