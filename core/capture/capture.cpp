@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -84,7 +85,9 @@ json to_json(const PixelRect& r) {
 PixelRect rect_from_json(const json& j, const char* key) {
   const auto at = j.find(key);
   if (at == j.end()) return {};
-  const auto px = [&](const char* name) { return whole_number_in(at->at(name), 0, kMostPixelsAlong); };
+  // Whether it lies within its picture is asked of the whole capture.
+  constexpr int kLeast = std::numeric_limits<int>::min(), kGreatest = std::numeric_limits<int>::max();
+  const auto px = [&](const char* name) { return whole_number_in(at->at(name), kLeast, kGreatest); };
   return {px("x_px"), px("y_px"), px("width_px"), px("height_px")};
 }
 
@@ -104,7 +107,7 @@ Capture capture_from_json(const json& j) {
   const json& crop = j.at("crop");
   c.crop = {whole_number_in(crop.at("x_px"), -kMostPixelsAlong, kMostPixelsAlong),
             whole_number_in(crop.at("y_px"), -kMostPixelsAlong, kMostPixelsAlong),
-            whole_number_in(crop.at("side_px"), 1, kMostPixelsAlong)};
+            whole_number_in(crop.at("side_px"), -kMostPixelsAlong, kMostPixelsAlong)};
   c.size = whole_number_in(j.at("size_px"), 1, kMostPixelsAlong);
   c.film = rect_from_json(j, "film");
   c.inside = rect_from_json(j, "inside");
@@ -128,6 +131,7 @@ bool lies_within(const PixelRect& part, int width, int height) {
 
 // What later stages rely on without checking again; empty when all is well.
 std::string contradiction(const Capture& c) {
+  if (c.crop.side <= 0) return "a size in it is not positive";
   if (common_part({c.crop.x, c.crop.y, c.crop.side, c.crop.side}, {0, 0, c.width, c.height}).empty() ||
       c.crop.side > 4 * std::max(c.width, c.height))
     return "what was cut out does not lie in its picture";

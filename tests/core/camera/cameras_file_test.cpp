@@ -84,6 +84,10 @@ TEST(CamerasFile, SaysWhatIsWrongAndWhatToDo) {
   EXPECT_THAT(fault_of(head + "\"cam_from_world\":[1,0,0]}]}"), testing::HasSubstr("12 numbers"));
   EXPECT_THAT(fault_of(head + "\"cam_from_world\":[2,0,0,0, 0,1,0,0, 0,0,1,0]}]}"),
               testing::HasSubstr("rotation"));
+  // A lens so short that what is divided by it loses all digits.
+  std::string short_lens = head + "\"cam_from_world\":[1,0,0,0, 0,1,0,0, 0,0,1,0]}]}";
+  short_lens.replace(short_lens.find("\"fx\":70"), 7, "\"fx\":1e-300");
+  EXPECT_THAT(fault_of(short_lens), testing::HasSubstr("1e-300"));
   EXPECT_THAT(fault_of(R"({"version":99,"cameras":[]})"), testing::HasSubstr("version 99"));
   EXPECT_THAT(fault_of(R"({"cameras":[{"frame":0}]})"), testing::HasSubstr("width"));
 }

@@ -166,6 +166,9 @@ TEST_F(CaptureFile, RefusesOtherFilesWithTheReason) {
   };
   EXPECT_THAT(error_for(with("\"version\": 1", "\"version\": 7")).what, HasSubstr("version 7"));
   EXPECT_THAT(error_for(with("\"side_px\": 1000", "\"side_px\": -3")).what, HasSubstr("not positive"));
+  for (const char* side : {"2000000000", "1e300", "65000"})
+    EXPECT_EQ(error_for(with("\"side_px\": 1000", std::string("\"side_px\": ") + side)).code,
+              ErrorCode::bad_input);
   EXPECT_THAT(error_for(with("\"frame\": 3,", "\"frame\": 2,")).what, HasSubstr("ascending"));
   EXPECT_EQ(error_for(with("\"size_px\": 512", "\"size_px\": \"large\"")).code, ErrorCode::bad_input);
   EXPECT_FALSE(error_for("{}").fix.empty());
