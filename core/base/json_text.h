@@ -12,7 +12,7 @@ namespace likeness {
 // What is handed on, compared or written again goes down as deep as the text does: no file of ours is deeper
 // than ten, and a stack holds some thousands.
 inline constexpr int kDeepestJson = 64;
-inline constexpr std::size_t kLargestJson = std::size_t{1} << 31;  // bytes; an hour's track has some 700 MB
+inline constexpr std::size_t kLargestJson = std::size_t{1} << 31;  // bytes; an hour's track has a third of it
 
 // Throws nlohmann::json::parse_error where the text is not JSON, too deep or too large.
 nlohmann::json parse_json(std::string_view text);
