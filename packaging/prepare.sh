@@ -52,6 +52,10 @@ test_packages=(
   "libgl1-mesa-dri:drawing the window without a graphics card"
   "patchelf:the bundle, and what it asks for"
 )
+# What the tests of unlucky machines need besides.
+stress_packages=(
+  "strace:calls that fail, and kills at a call"
+)
 bundle_packages=(
   "patchelf:libraries found by where they lie"
   "binutils:reading what libraries ask for"

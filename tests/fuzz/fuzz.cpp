@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -15,6 +17,8 @@
 #include <fstream>
 #include <new>
 #include <random>
+
+#include "tests/support/trials.h"
 
 namespace {
 
@@ -162,6 +166,34 @@ void damage_once(Random& random, const std::vector<std::string>& seeds, std::str
   }
 }
 
+// Leaves every length as it is, so that a reader gets past the outline of the file to its values.
+void damage_in_place(Random& random, std::string& text) {
+  if (text.size() < 8) return;
+  const bool is_json = text.front() == '{' || text.front() == '[';
+  switch (is_json ? 2 : random() % 4) {
+    case 0:
+      text[below(random, text.size())] ^= char(1 << below(random, 8));
+      break;
+    case 1:
+      set_integer(random, text);
+      break;
+    case 2: {  // digits: of a text, or of a header
+      const std::size_t begin = text.find_first_of("0123456789", below(random, text.size()));
+      if (begin == std::string::npos) break;
+      const std::size_t end = std::min(text.find_first_not_of("0123456789.", begin), text.size());
+      const char sign = random() % 4 == 0 ? '-' : char('0' + below(random, 10));
+      for (std::size_t i = begin; i < end; ++i)
+        if (text[i] != '.') text[i] = i == begin ? sign : random() % 2 ? '9' : char('0' + below(random, 10));
+      break;
+    }
+    default: {
+      constexpr float kFloats[] = {0, -0.0f, 1, -1, 1e-38f, 1e30f, -1e30f, 1e4f, INFINITY, NAN};
+      const float value = kFloats[below(random, std::size(kFloats))];
+      std::memcpy(text.data() + 4 * below(random, text.size() / 4), &value, sizeof value);
+    }
+  }
+}
+
 double cpu_seconds() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -178,6 +210,10 @@ std::uint64_t environment_number(const char* name, std::uint64_t otherwise) {
 std::string damaged(const std::vector<std::string>& seeds, std::uint64_t seed) {
   Random random(seed * 0x9e3779b97f4a7c15 + 1);
   std::string text = seeds[below(random, seeds.size())];
+  if (seed % 4 == 1 || seed % 4 == 2) {  // of each kind one with its checksum put right
+    for (std::size_t times = 1 + below(random, 3); times-- > 0;) damage_in_place(random, text);
+    return text;
+  }
   for (std::size_t times = 1 + below(random, 5); times-- > 0;) damage_once(random, seeds, text);
   return text;
 }
@@ -187,12 +223,22 @@ FuzzFigures fuzz(const FuzzTarget& target) {
     EXPECT_TRUE(target.read(std::as_bytes(std::span(seed.data(), seed.size()))))
         << target.name << ": a seed is refused";
   for (const int signal : {SIGALRM, SIGABRT, SIGSEGV, SIGFPE}) std::signal(signal, last_words);
-  const std::uint64_t inputs = environment_number("LIKENESS_FUZZ_INPUTS", 2000);
-  const std::uint64_t only = environment_number("LIKENESS_FUZZ_ONLY", ~std::uint64_t(0));
+  using Clock = std::chrono::steady_clock;
+  const auto start_of_all = Clock::now();
+  const auto seconds_so_far = [&] {
+    return std::chrono::duration<double>(Clock::now() - start_of_all).count();
+  };
+  const bool timed = std::getenv("LIKENESS_MINUTES") != nullptr;
+  const auto only = test::only_trial();
+  const std::uint64_t first = only ? *only : timed ? test::read_tally("fuzz " + target.name).trials : 0;
+  const std::uint64_t inputs = only ? 1 : environment_number("LIKENESS_FUZZ_INPUTS", target.inputs);
+  const auto goes_on = [&](std::uint64_t done) {
+    return timed && !only ? done == 0 || seconds_so_far() < test::trial_seconds() : done < inputs;
+  };
   FuzzFigures figures;
   std::size_t settled = 0;
-  for (std::uint64_t n = 0; n < inputs; ++n) {
-    if (only != ~std::uint64_t(0) && n != only) continue;
+  for (std::uint64_t n = first; goes_on(n - first); ++n) {
+    const int complaints = test::complaints_so_far();
     std::string input = damaged(target.seeds, n);
     if (target.repair && n % 2 == 0) target.repair(input);
     std::snprintf(g_place, sizeof g_place, "fuzz: while %s read input %llu of %zu bytes\n",
@@ -204,18 +250,21 @@ FuzzFigures fuzz(const FuzzTarget& target) {
     const bool taken = target.read(std::as_bytes(std::span(input.data(), input.size())));
     const double seconds = cpu_seconds() - start;
     const std::size_t peak = g_peak - before;
-    if (n == 100) settled = g_alive;  // caches and buffers of the libraries are made by then
+    if (n == first + 100) settled = g_alive;  // caches and buffers of the libraries are made by then
     EXPECT_LE(peak, target.memory_floor + target.memory_times * input.size()) << g_place;
     EXPECT_LE(seconds, target.max_cpu_s) << g_place;
     figures.inputs += 1;
     figures.taken += taken;
     figures.slowest_s = std::max(figures.slowest_s, seconds);
     figures.peak_bytes = std::max(figures.peak_bytes, peak);
+    figures.complaints += test::complaints_so_far() > complaints;
   }
   ::alarm(0);
   const std::size_t alive = g_alive;
   if (settled != 0 && alive > settled) figures.leaked_bytes = alive - settled;
   EXPECT_LE(figures.leaked_bytes, target.max_kept) << target.name;
+  if (timed)
+    test::add_to_tally("fuzz " + target.name, {figures.inputs, figures.complaints}, seconds_so_far());
   std::printf("%-22s %llu inputs, %llu taken, slowest %.0f ms, most memory %.1f MB, kept %zu bytes\n",
               target.name.c_str(), static_cast<unsigned long long>(figures.inputs),
               static_cast<unsigned long long>(figures.taken), 1000 * figures.slowest_s,

@@ -2,9 +2,10 @@
 // and every complaint prints both. A reader passes when it neither crashes nor hangs, takes no more memory
 // than its file explains, and gives back a value or an Error.
 //
-// LIKENESS_FUZZ_INPUTS sets how many inputs each target gets (2,000 by default, 100,000 for the long test);
-// LIKENESS_FUZZ_ONLY=n reads just input n, to look at a complaint. Build with LIKENESS_SANITIZE for more
-// eyes.
+// LIKENESS_FUZZ_INPUTS sets how many inputs each target gets (2,000 by default, 100,000 for the long test).
+// Where LIKENESS_MINUTES is set, each gets as many as its share of the time allows, from where the tally of
+// earlier runs ends (tests/support/trials.h); LIKENESS_TRIAL=n reads just input n, to look at a complaint.
+// Build with LIKENESS_SANITIZE for more eyes.
 #pragma once
 
 #include <cstddef>
@@ -26,10 +27,12 @@ struct FuzzTarget {
   std::size_t memory_times = 200;                    // bytes per byte of the file
   double max_cpu_s = 5;                              // of one input
   std::size_t max_kept = 65536;                      // bytes alive after all inputs
+  std::uint64_t inputs = 2000;                       // by default
 };
 
 struct FuzzFigures {
   std::uint64_t inputs = 0, taken = 0;
+  std::uint64_t complaints = 0;  // inputs of which an expectation failed
   double slowest_s = 0;          // CPU time of one input
   std::size_t peak_bytes = 0;    // most memory alive in one input, beyond what was before
   std::size_t leaked_bytes = 0;  // alive after the last input, beyond what was after the first
