@@ -64,7 +64,7 @@ class UglyInputs : public testing::Test {
     const ProgramResult run =
         likeness({"import", file.string(), "--project", project.string(), "--size", "256"});
     EXPECT_NE(run.err.find(input.says), std::string::npos) << run.err;
-    EXPECT_EQ(run.err.find("did not expect"), std::string::npos) << run.err;
+    EXPECT_EQ(run.err.find("unexpected"), std::string::npos) << run.err;
     if (input.frames == 0 || run.exit_code != 0) {
       EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
       EXPECT_LE(input.frames, 0) << run.err;

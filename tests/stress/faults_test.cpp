@@ -14,13 +14,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A run that was disturbed: all went well, or it failed with a sentence that is not "met an error it did not
-// expect".
+// A run that was disturbed: all went well, or it failed with a sentence that is not "an unexpected error".
 void expect_clean_end(const ProgramResult& run) {
   EXPECT_TRUE(run.exit_code == 0 || run.exit_code == 1) << "exit code " << run.exit_code << "\n" << run.err;
   if (run.exit_code != 0) {
     EXPECT_FALSE(run.err.empty());
-    EXPECT_EQ(run.err.find("did not expect"), std::string::npos) << run.err;
+    EXPECT_EQ(run.err.find("unexpected"), std::string::npos) << run.err;
   }
 }
 
