@@ -57,6 +57,20 @@ int whole_number_in(const nlohmann::json& value, int low, int high) {
   return int(number_in(value, double(low), double(high)));
 }
 
+std::vector<float> numbers_in(const nlohmann::json& list, double low, double high) {
+  std::vector<float> numbers;
+  numbers.reserve(list.get_ref<const nlohmann::json::array_t&>().size());
+  for (const nlohmann::json& value : list) numbers.push_back(float(number_in(value, low, high)));
+  return numbers;
+}
+
+std::vector<int> whole_numbers_in(const nlohmann::json& list, int low, int high) {
+  std::vector<int> numbers;
+  numbers.reserve(list.get_ref<const nlohmann::json::array_t&>().size());
+  for (const nlohmann::json& value : list) numbers.push_back(whole_number_in(value, low, high));
+  return numbers;
+}
+
 std::string json_text(const nlohmann::json& value, int indent) {
   return value.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
 }

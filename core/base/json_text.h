@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace likeness {
 
@@ -21,7 +23,13 @@ nlohmann::json try_parse_json(std::string_view text);
 
 // A number of a file. Throw nlohmann::json::exception where it is none, or not from low to high.
 double number_in(const nlohmann::json& value, double low, double high);
-int whole_number_in(const nlohmann::json& value, int low, int high);
+int whole_number_in(const nlohmann::json& value, int low = std::numeric_limits<int>::min(),
+                    int high = std::numeric_limits<int>::max());
+// The same for each number of a list. nlohmann's own get<int>() makes 1 of 2^32 + 1.
+std::vector<float> numbers_in(const nlohmann::json& list, double low = std::numeric_limits<float>::lowest(),
+                              double high = std::numeric_limits<float>::max());
+std::vector<int> whole_numbers_in(const nlohmann::json& list, int low = std::numeric_limits<int>::min(),
+                                  int high = std::numeric_limits<int>::max());
 
 // indent: spaces a level; -1: all in one line. What is not UTF-8 in a string becomes U+FFFD (paths:
 // path_text.h).

@@ -7,6 +7,8 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <type_traits>
+#include <utility>
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -40,6 +42,7 @@ constexpr std::size_t kMaxRank = 32;  // NumPy's own limit
 struct ZipEntry {
   std::string name;
   std::uint16_t method = 0;  // 0 stored, 8 deflated
+  std::uint32_t checksum = 0;
   std::uint64_t compressed = 0, size = 0, header = 0;
 };
 
@@ -87,6 +90,7 @@ Result<std::vector<ZipEntry>> read_directory(Bytes file, const std::string& wher
     }
     ZipEntry entry;
     entry.method = little_endian<std::uint16_t>(file, at + 10);
+    entry.checksum = little_endian<std::uint32_t>(file, at + 16);
     entry.compressed = little_endian<std::uint32_t>(file, at + 20);
     entry.size = little_endian<std::uint32_t>(file, at + 24);
     const std::size_t name = little_endian<std::uint16_t>(file, at + 28);
@@ -102,6 +106,10 @@ Result<std::vector<ZipEntry>> read_directory(Bytes file, const std::string& wher
     at += 46 + name + extra + comment;
   }
   return entries;
+}
+
+std::uint32_t zip_checksum(Bytes plain) {
+  return std::uint32_t(crc32_z(0, reinterpret_cast<const Bytef*>(plain.data()), plain.size()));
 }
 
 // `budget`: bytes that may still be unpacked; reduced by what is unpacked here.
@@ -123,7 +131,7 @@ Result<std::vector<std::byte>> unpack(Bytes file, const ZipEntry& entry, const s
   budget -= std::size_t(entry.size);
   const Bytes packed = file.subspan(begin, entry.compressed);
   if (entry.method == 0) {
-    if (entry.size != entry.compressed) return damaged;
+    if (entry.size != entry.compressed || zip_checksum(packed) != entry.checksum) return damaged;
     return std::vector<std::byte>(packed.begin(), packed.end());
   }
   // Deflate cannot expand more than about 1032 times: a larger claim is false, and no reason to take memory.
@@ -151,6 +159,7 @@ Result<std::vector<std::byte>> unpack(Bytes file, const ZipEntry& entry, const s
   inflateEnd(&stream);
   if (status != Z_STREAM_END || out != entry.size) return damaged;
   plain.resize(out);
+  if (zip_checksum(plain) != entry.checksum) return damaged;
   return plain;
 }
 
@@ -186,13 +195,25 @@ std::optional<std::vector<std::size_t>> parse_shape(std::string_view text) {
   return std::nullopt;
 }
 
+// An index that no 32 bits hold must not become one that they do. NumPy's own unsigned -1 is known.
+template <class To, class From>
+To converted(From value) {
+  if constexpr (std::is_same_v<To, std::int32_t> && std::is_integral_v<From>) {
+    if (std::in_range<To>(value)) return To(value);
+    if (std::cmp_equal(value, std::numeric_limits<std::uint32_t>::max())) return -1;
+    return std::cmp_less(value, 0) ? std::numeric_limits<To>::min() : std::numeric_limits<To>::max();
+  } else {
+    return static_cast<To>(value);
+  }
+}
+
 template <class To, class From>
 std::vector<To> convert(const NpyArray& array) {
   std::vector<To> values(array.count());
   for (std::size_t i = 0; i < values.size(); ++i) {
     From value;
     std::memcpy(&value, array.data.data() + i * sizeof(From), sizeof(From));
-    values[i] = static_cast<To>(value);
+    values[i] = converted<To>(value);
   }
   return values;
 }
@@ -392,7 +413,7 @@ Result<void> write_npz(const std::filesystem::path& path, const NpzArchive& arch
       return Error{ErrorCode::bad_input, "The arrays are larger than a plain .npz file can hold (4 GiB).",
                    "Write fewer or smaller arrays.", path.string()};
     }
-    const auto checksum = std::uint32_t(crc32_z(0, reinterpret_cast<const Bytef*>(body.data()), body.size()));
+    const std::uint32_t checksum = zip_checksum(body);
     const auto offset = std::uint32_t(file.size());
     // Fields shared by the local header and the directory entry: version, flags, method, time, date, crc,
     // sizes, names.

@@ -1,6 +1,7 @@
 // NumPy .npz archives (zip of .npy, stored or deflated), read defensively: every size is checked against the
-// file before memory is taken, and no file unpacks to more than 64 times its size (or 16 MiB). Little-endian
-// arrays; Fortran order is converted to C order. Arrays of Python objects keep their pickle unread.
+// file before memory is taken, and no file unpacks to more than 64 times its size (or 16 MiB); the archive's
+// checksums are compared. Little-endian arrays; Fortran order is converted to C order. Arrays of Python
+// objects keep their pickle unread.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +25,8 @@ struct NpyArray {
 
   std::size_t count() const;
   std::vector<float> as_float() const;          // from f2, f4, f8 and the integer kinds
-  std::vector<std::int32_t> as_int() const;     // from integer kinds; u4 4294967295 becomes -1
+  std::vector<std::int32_t> as_int() const;     // from integer kinds; 4294967295 becomes -1, others beyond
+                                                // 32 bits the largest or smallest there is
   std::vector<std::string> as_strings() const;  // from kind U
 };
 

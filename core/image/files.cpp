@@ -10,11 +10,14 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <memory>
+#include <new>
 #include <optional>
 #include <string>
 
 #include "core/base/check.h"
 #include "core/base/files.h"
+#include "core/image/picture_kind.h"
 #include "core/image/read_numbers.h"
 
 namespace likeness {
@@ -23,7 +26,8 @@ namespace {
 // Bytes decoded, in numbers as wide as the file's; a larger claim is a broken header. So is a claim beyond
 // what any picture's bytes can decode to, unless it is small: memory would be taken for nothing.
 constexpr std::int64_t kLargestPicture = std::int64_t(1) << 30, kSmallPicture = std::int64_t(64) << 20;
-constexpr std::int64_t kMaxUnfolded = 4000;  // decoded bytes of a file's; deflate reaches 1032
+constexpr std::size_t kKindBytes = std::size_t(1) << 16;  // that tell a picture's kind
+constexpr std::int64_t kMaxUnfolded = 4000;               // decoded bytes of a file's; deflate reaches 1032
 
 Error unreadable(const std::filesystem::path& path, std::string what) {
   return {ErrorCode::bad_input, std::move(what), "Copy or export the picture again, as PNG or JPEG.",
@@ -55,16 +59,6 @@ bool jpeg_is_whole(std::span<const std::byte> bytes) {
     }
   }
   return false;
-}
-
-bool is_jpeg(std::span<const std::byte> bytes) {
-  return bytes.size() > 2 && bytes[0] == std::byte(0xFF) && bytes[1] == std::byte(0xD8);
-}
-
-bool is_png(std::span<const std::byte> bytes) {
-  constexpr unsigned char kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-  return bytes.size() > 8 && std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin(),
-                                        [](unsigned char a, std::byte b) { return std::byte(a) == b; });
 }
 
 // Walks the chunks: length, type, that many bytes, checksum. True when IEND lies within the file. Beyond the
@@ -112,15 +106,31 @@ Image8 grey_alpha_to_rgba(const Image8& image) {
   return result;
 }
 
-Result<Image8> decode(const std::filesystem::path& path, std::size_t file_bytes) {
+// A picture of a kind that may be opened.
+struct OpenedPicture {
+  PictureKind kind = PictureKind::other;
+  std::size_t file_bytes = 0;
+};
+
+// By the reader of its kind alone: asked by name, OpenImageIO tries all it has.
+Result<std::unique_ptr<OIIO::ImageInput>> open_picture(const std::filesystem::path& path, PictureKind kind,
+                                                       const OIIO::ImageSpec& config) {
   const std::string name = path.filename().string();
+  auto input = OIIO::ImageInput::create(reader_of(kind));
+  OIIO::ImageSpec spec;
+  if (input && input->open(path.string(), spec, config)) return input;
+  const std::string why = first_line(input ? input->geterror() : OIIO::geterror());
+  return unreadable(path, fmt::format("\"{}\" is not a picture that can be read: {}.", name, why));
+}
+
+Result<Image8> decode(const std::filesystem::path& path, const OpenedPicture& picture) {
+  const std::string name = path.filename().string();
+  const std::size_t file_bytes = picture.file_bytes;
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // alpha stays straight, as on disk
-  const auto input = OIIO::ImageInput::open(path.string(), &config);
-  if (!input) {
-    return unreadable(path, fmt::format("\"{}\" is not a picture that can be read: {}.", name,
-                                        first_line(OIIO::geterror())));
-  }
+  const auto opened = open_picture(path, picture.kind, config);
+  if (!opened) return opened.error();
+  OIIO::ImageInput* input = opened->get();
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1 ||
       std::int64_t(spec.width) * spec.height >
@@ -172,7 +182,10 @@ bool reads_heif() { return OIIO::get_string_attribute("extension_list").find("he
 
 int image_orientation(const std::filesystem::path& path) {
   try {
-    const auto input = OIIO::ImageInput::open(path.string());
+    const auto head = read_head(path, kKindBytes);
+    const auto opened = head ? open_picture(path, picture_kind(*head).kind, {})
+                             : Result<std::unique_ptr<OIIO::ImageInput>>(head.error());
+    const OIIO::ImageInput* input = opened ? opened->get() : nullptr;
     const int tag = input ? input->spec().get_int_attribute("Orientation", 1) : 1;
     return tag >= 1 && tag <= 8 ? tag : 1;
   } catch (const std::exception&) {
@@ -182,8 +195,7 @@ int image_orientation(const std::filesystem::path& path) {
 
 namespace {
 
-// The file's size in bytes, if it is a picture that may be opened.
-Result<std::size_t> whole_picture(const std::filesystem::path& path) {
+Result<OpenedPicture> whole_picture(const std::filesystem::path& path) {
   const std::string name = path.filename().string();
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {
@@ -193,22 +205,27 @@ Result<std::size_t> whole_picture(const std::filesystem::path& path) {
   const auto bytes = read_file(path);
   if (!bytes) return bytes.error();
   if (bytes->empty()) return unreadable(path, fmt::format("\"{}\" is empty (0 bytes).", name));
-  if (is_jpeg(*bytes) && !jpeg_is_whole(*bytes)) {
+  const FoundKind found = picture_kind(*bytes);
+  if (found.kind == PictureKind::other)
+    return unreadable(path,
+                      fmt::format("\"{}\" is not a picture that can be read: it is {}.", name,
+                                  found.name.empty() ? "no PNG, JPEG, TIFF, WebP, EXR or HEIF" : found.name));
+  if (found.kind == PictureKind::jpeg && !jpeg_is_whole(*bytes)) {
     return unreadable(path, fmt::format("\"{}\" is cut short: the end of the JPEG data is missing.", name));
   }
-  if (is_png(*bytes) && !png_is_whole(*bytes)) {
+  if (found.kind == PictureKind::png && !png_is_whole(*bytes)) {
     return unreadable(path, fmt::format("\"{}\" is cut short: the end of the PNG data is missing.", name));
   }
   if (auto refused = webp_claims_too_much(path, *bytes)) return *refused;
-  return bytes->size();
+  return OpenedPicture{found.kind, bytes->size()};
 }
 
-Result<NumberPicture> decode_numbers(const std::filesystem::path& path, std::size_t file_bytes) {
+Result<NumberPicture> decode_numbers(const std::filesystem::path& path, const OpenedPicture& picture) {
   const std::string name = path.filename().string();
-  const auto input = OIIO::ImageInput::open(path.string());
-  if (!input)
-    return unreadable(path, fmt::format("\"{}\" is not a picture that can be read: {}.", name,
-                                        first_line(OIIO::geterror())));
+  const std::size_t file_bytes = picture.file_bytes;
+  const auto opened = open_picture(path, picture.kind, {});
+  if (!opened) return opened.error();
+  OIIO::ImageInput* input = opened->get();
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1 ||
       std::int64_t(spec.width) * spec.height > largest_claim(file_bytes) / 16)
@@ -228,20 +245,24 @@ Result<NumberPicture> decode_numbers(const std::filesystem::path& path, std::siz
 }  // namespace
 
 Result<Image8> read_image(const std::filesystem::path& path) {
-  const auto bytes = whole_picture(path);
-  if (!bytes) return bytes.error();
+  const auto picture = whole_picture(path);
+  if (!picture) return picture.error();
   try {
-    return decode(path, *bytes);
+    return decode(path, *picture);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return unreadable(path, fmt::format("\"{}\" cannot be decoded: {}.", path.filename().string(), e.what()));
   }
 }
 
 Result<NumberPicture> read_numbers(const std::filesystem::path& path) {
-  const auto bytes = whole_picture(path);
-  if (!bytes) return bytes.error();
+  const auto picture = whole_picture(path);
+  if (!picture) return picture.error();
   try {
-    return decode_numbers(path, *bytes);
+    return decode_numbers(path, *picture);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return unreadable(path, fmt::format("\"{}\" cannot be decoded: {}.", path.filename().string(), e.what()));
   }
@@ -273,6 +294,8 @@ Result<void> write_image(const std::filesystem::path& path, const Image8& image,
         !output->write_image(OIIO::TypeDesc::UINT8, image.data.data()) || !output->close()) {
       return refused(first_line(output->geterror()));
     }
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return refused(e.what());
   }

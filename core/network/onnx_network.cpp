@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <condition_variable>
 #include <mutex>
+#include <new>
 #include <opencv2/dnn.hpp>
 #include <utility>
 
 #include "core/base/check.h"
 #include "core/base/files.h"
 #include "core/base/lending_pool.h"
+#include "core/network/check_onnx.h"
 
 namespace likeness {
 namespace {
@@ -140,6 +142,8 @@ Result<OnnxNetwork> OnnxNetwork::load(const fs::path& onnx, int max_concurrent) 
 Result<OnnxNetwork> OnnxNetwork::load(std::vector<std::byte> bytes, const fs::path& origin,
                                       int max_concurrent) {
   LIKENESS_CHECK(max_concurrent > 0, "%d at once", max_concurrent);
+  if (const std::string fault = onnx_fault(bytes); !fault.empty())
+    return bad_network(origin, fmt::format("The network is not given to the importer: {}.", fault));
   auto impl = std::make_unique<Impl>(origin, max_concurrent);
   try {
     auto first = std::make_unique<cv::dnn::Net>();
@@ -148,7 +152,10 @@ Result<OnnxNetwork> OnnxNetwork::load(std::vector<std::byte> bytes, const fs::pa
     impl->copies.give(std::move(first));
     if (max_concurrent > 1) impl->bytes = std::move(bytes);
   } catch (const cv::Exception& fault) {
+    if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
     return bad_network(origin, fmt::format("The network cannot be read: {}.", fault.err));
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& fault) {  // thrown by the standard library for sizes that the file claims
     return bad_network(origin, fmt::format("The network cannot be read: {}.", fault.what()));
   }
@@ -160,7 +167,10 @@ Result<std::vector<Tensor>> OnnxNetwork::run(std::span<const NetworkInput> input
   try {
     return impl_->run(inputs, outputs);
   } catch (const cv::Exception& fault) {
+    if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
     return bad_network(impl_->origin, fmt::format("The network cannot be run: {}.", fault.err));
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& fault) {
     return bad_network(impl_->origin, fmt::format("The network cannot be run: {}.", fault.what()));
   }

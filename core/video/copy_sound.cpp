@@ -73,7 +73,7 @@ bool fits_mp4(const AVStream& stream) {
 Source open_source(const std::filesystem::path& path, AVMediaType kind) {
   Source source;
   AVFormatContext* raw = nullptr;
-  if (avformat_open_input(&raw, ("file:" + path.string()).c_str(), nullptr, nullptr) < 0) return source;
+  if (open_container(raw, path) < 0) return source;
   source.file.reset(raw);
   if (find_stream_info(*raw) < 0) return source;
   source.stream = default_stream(*raw, kind, fits_mp4);

@@ -16,6 +16,7 @@ extern "C" {
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <string_view>
 #include <vector>
 
@@ -63,6 +64,7 @@ Result<void> check_is_file(const std::filesystem::path& path) {
 }
 
 Error cannot_open(const std::filesystem::path& path, int error) {
+  if (error == AVERROR(ENOMEM)) throw std::bad_alloc();
   const std::string name = path.filename().string();
   if (error == AVERROR(EACCES) || error == AVERROR(EPERM) || error == AVERROR(EIO)) {
     return file_error(path, "open", AVUNERROR(error));
@@ -75,6 +77,7 @@ Error cannot_open(const std::filesystem::path& path, int error) {
                     name),
         kCopyAgain);
   }
+  if (auto refused = refused_container(path)) return *refused;
   return bad_video(path, fmt::format("\"{}\" is not a video that can be read ({}).", name, av_text(error)),
                    "Choose a video as a phone records it (.mp4 or .mov).");
 }
@@ -158,11 +161,7 @@ Result<void> VideoReader::Impl::open() {
   if (std::filesystem::is_directory(path, ignored)) return open_photos();
   if (const auto checked = check_is_file(path); !checked) return checked;
   AVFormatContext* raw = nullptr;
-  // The "file:" prefix keeps a name such as "a:b.mp4" from being taken for a protocol.
-  if (const int error = avformat_open_input(&raw, ("file:" + path.string()).c_str(), nullptr, nullptr);
-      error < 0) {
-    return cannot_open(path, error);
-  }
+  if (const int error = open_container(raw, path); error < 0) return cannot_open(path, error);
   format.reset(raw);
   if (const int error = find_stream_info(*raw); error < 0) return cannot_open(path, error);
   stream = picture_stream(*raw);
@@ -238,6 +237,7 @@ Result<void> VideoReader::Impl::open_decoder() {
                  "Convert it to H.264, for instance: ffmpeg -i in.mov -c:v libx264 -crf 14 out.mp4",
                  path.string()};
   };
+  if (!is_opened_codec(stream->codecpar->codec_id)) return refused("it is none of those that are opened");
   if (!decoder) return refused("this FFmpeg has no decoder for it");
   codec.reset(avcodec_alloc_context3(decoder));
   if (!codec || avcodec_parameters_to_context(codec.get(), stream->codecpar) < 0)
@@ -245,8 +245,11 @@ Result<void> VideoReader::Impl::open_decoder() {
   codec->thread_count = 0;  // all
   codec->max_pixels = kMaxPixels;
   codec->pkt_timebase = stream->time_base;
-  if (const int error = avcodec_open2(codec.get(), decoder, nullptr); error < 0)
+  if (const int error = avcodec_open2(codec.get(), decoder, nullptr); error < 0) {
+    // Its threads' stacks among it.
+    if (error == AVERROR(ENOMEM) || error == AVERROR(EAGAIN)) throw std::bad_alloc();
     return refused(av_text(error));
+  }
   return {};
 }
 
@@ -262,11 +265,9 @@ void VideoReader::Impl::fill_info() {
   info.rotation_deg = orientation.clockwise_deg;
   info.frames_per_second = rate_of(path, *format, *stream);
   info.codec = avcodec_get_name(stream->codecpar->codec_id);
-  const StreamLength length = length_of(*format, *stream);
-  info.duration_s = length.seconds;
+  const StreamLength length = length_of(*format, *stream, info.frames_per_second);
+  info.duration_s = length.seconds, info.frame_count = length.frames;
   own_length = length.own;
-  info.frame_count =
-      length.frames > 0 ? length.frames : int(std::lround(info.duration_s * info.frames_per_second));
 }
 
 // Sends packets until the decoder has taken one of the video stream, or signals that none follow.
@@ -295,6 +296,7 @@ Result<void> VideoReader::Impl::feed() {
     }
     const int sent = avcodec_send_packet(codec.get(), packet.get());
     av_packet_unref(packet.get());
+    if (sent == AVERROR(ENOMEM)) throw std::bad_alloc();
     if (sent < 0 && sent != AVERROR(EAGAIN)) return damaged();
     return {};
   }

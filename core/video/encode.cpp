@@ -18,6 +18,7 @@ extern "C" {
 
 #include "core/base/check.h"
 #include "core/base/files.h"
+#include "core/video/finish_film.h"
 #include "core/video/libav.h"
 
 namespace likeness {
@@ -33,6 +34,7 @@ struct FreeScaler {
   void operator()(SwsContext* c) const { sws_freeContext(c); }
 };
 
+constexpr const char* kPieceFlags = "+frag_keyframe+empty_moov+default_base_moof+use_metadata_tags";
 constexpr int kClock = 90000;  // ticks a second of a timed film: the usual rates' frames fall on whole ones
 
 bool is_mp4_name(const std::filesystem::path& path) {
@@ -55,7 +57,7 @@ struct VideoWriter::Impl {
   AVStream* stream = nullptr;
   std::int64_t next = 0;         // of the codec's ticks: the earliest for the next frame
   std::int64_t frame_ticks = 1;  // that a frame is shown for, if none follows
-  bool timed = false, finished = false;
+  bool timed = false, finished = false, survives = false;
 
   ~Impl() {
     format.reset();
@@ -99,6 +101,7 @@ Result<void> VideoWriter::Impl::open_encoder(const EncodeOptions& options) {
       AVCOL_TRC_BT709;  // what players expect of SDR video; values are written display-referred as given
   codec->color_range = AVCOL_RANGE_MPEG;
   codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
+  if (options.survives) codec->gop_size = std::max(1, int(std::lround(options.frames_per_second)));
   av_opt_set(codec->priv_data, "crf", std::to_string(std::clamp(options.crf, 0, 51)).c_str(), 0);
   av_opt_set(codec->priv_data, "preset", "medium", 0);
   // Otherwise the same frames occasionally give different bytes: the fast macroblock tree rounds by what lies
@@ -126,7 +129,11 @@ Result<void> VideoWriter::Impl::open_file(const EncodeOptions& options) {
   if (path.has_parent_path()) {
     if (auto folder = make_writable_folder(path.parent_path()); !folder) return folder;
   }
-  temporary = temporary_name(path);
+  // What a killed process left of a film of this name.
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  remove_abandoned_parts(folder, path.stem().string());
+  survives = options.survives;
+  temporary = survives ? unfinished_film_name(path) : temporary_name(path);
   AVFormatContext* raw = nullptr;
   const std::string name = "file:" + temporary.string();
   if (const int error = avformat_alloc_output_context2(&raw, nullptr, "mp4", name.c_str()); error < 0) {
@@ -141,7 +148,8 @@ Result<void> VideoWriter::Impl::open_file(const EncodeOptions& options) {
   if (const int error = avio_open(&raw->pb, name.c_str(), AVIO_FLAG_WRITE); error < 0)
     return write_error(error);
   AVDictionary* flags = nullptr;
-  av_dict_set(&flags, "movflags", kMovFlags, 0);
+  av_dict_set(&flags, "movflags", survives ? kPieceFlags : kMovFlags, 0);
+  if (survives) raw->flags |= AVFMT_FLAG_FLUSH_PACKETS;
   for (const auto& [key, text] : options.tags) av_dict_set(&raw->metadata, key.c_str(), text.c_str(), 0);
   const int error = avformat_write_header(raw, &flags);
   av_dict_free(&flags);
@@ -219,10 +227,18 @@ Result<void> VideoWriter::add(const Image8& rgb, double time_s) {
 Result<void> VideoWriter::finish() {
   Impl& writer = *impl_;
   LIKENESS_CHECK(!writer.finished, "a video finished twice");
-  if (auto flushed = writer.send(nullptr); !flushed) return flushed;
-  if (const int error = av_write_trailer(writer.format.get()); error < 0) return writer.write_error(error);
-  if (const int error = avio_closep(&writer.format->pb); error < 0) return writer.write_error(error);
-  if (auto committed = commit_file(writer.temporary, writer.path); !committed) return committed;
+  auto ended = writer.send(nullptr);
+  const auto end = [&](int error) {
+    if (ended && error < 0) ended = writer.write_error(error);
+  };
+  if (ended || writer.survives) end(av_write_trailer(writer.format.get()));
+  if (ended || writer.survives) end(avio_closep(&writer.format->pb));
+  // Of pieces, those before a full disk's end are a film.
+  if (!ended && !writer.survives) return ended;
+  if (auto placed = writer.survives ? finish_film(writer.temporary, writer.path)
+                                    : commit_file(writer.temporary, writer.path);
+      !placed)
+    return ended ? placed : ended;
   writer.finished = true;
   return {};
 }

@@ -17,6 +17,8 @@ struct EncodeOptions {
   int crf = 18;        // x264's constant rate factor; lower is better and larger
   bool timed = false;  // every frame has a time of its own; the last is shown for 1 / frames_per_second
   std::vector<std::pair<std::string, std::string>> tags = {};  // of the file: key and UTF-8 text
+  // Written in pieces of a second, so that a kill leaves all but the last ones (finish_film.h).
+  bool survives = false;
 };
 
 // Frames go to a temporary file; finish() moves it into place. If destroyed unfinished, nothing remains.

@@ -114,8 +114,8 @@ Result<GreyPictureReader> GreyPictureReader::open(const fs::path& path) {
   try {
     const nlohmann::json header = parse_json(line);
     if (header.at("format") != kGreyFormat || header.at("version") != kGreyVersion) return not_whole(path);
-    state->about = {header.at("inputs").get<std::string>(), header.at("width_px").get<int>(),
-                    header.at("height_px").get<int>(), header.at("frames").get<std::vector<int>>()};
+    state->about = {header.at("inputs").get<std::string>(), whole_number_in(header.at("width_px")),
+                    whole_number_in(header.at("height_px")), whole_numbers_in(header.at("frames"))};
   } catch (const std::exception&) {
     return not_whole(path);
   }

@@ -86,7 +86,11 @@ Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& 
     if (picture.rgb.channels != 3 || picture.rgb.empty()) return no_picture(path);
     if (!writer) {
       width = picture.rgb.width, height = picture.rgb.height;
-      auto created = VideoWriter::create(path, width, height, {options.frames_per_second, options.crf, true});
+      auto created = VideoWriter::create(path, width, height,
+                                         {.frames_per_second = options.frames_per_second,
+                                          .crf = options.crf,
+                                          .timed = true,
+                                          .survives = true});
       if (!created) return created.error();
       writer.emplace(std::move(*created), options);
     }

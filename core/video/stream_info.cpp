@@ -4,28 +4,69 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/avstring.h>
 #include <libavutil/display.h>
 #include <libavutil/parseutils.h>
 }
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/base/files.h"
 #include "core/video/libav.h"
 
 namespace likeness {
 namespace {
+
+// FFmpeg's names. Every further demuxer and decoder is code that a stranger's file could reach.
+constexpr const char* kContainers =
+    "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,asf,flv,ogg,mxf,dv";
+constexpr AVCodecID kPictureCodecs[] = {
+    AV_CODEC_ID_H264,  AV_CODEC_ID_HEVC,    AV_CODEC_ID_VP8,        AV_CODEC_ID_VP9,
+    AV_CODEC_ID_AV1,   AV_CODEC_ID_MPEG4,   AV_CODEC_ID_MPEG2VIDEO, AV_CODEC_ID_MPEG1VIDEO,
+    AV_CODEC_ID_MJPEG, AV_CODEC_ID_PRORES,  AV_CODEC_ID_DNXHD,      AV_CODEC_ID_DVVIDEO,
+    AV_CODEC_ID_H263,  AV_CODEC_ID_THEORA,  AV_CODEC_ID_WMV1,       AV_CODEC_ID_WMV2,
+    AV_CODEC_ID_WMV3,  AV_CODEC_ID_VC1,     AV_CODEC_ID_MSMPEG4V2,  AV_CODEC_ID_MSMPEG4V3,
+    AV_CODEC_ID_FFV1,  AV_CODEC_ID_HUFFYUV, AV_CODEC_ID_FFVHUFF,    AV_CODEC_ID_RAWVIDEO,
+    AV_CODEC_ID_V210,  AV_CODEC_ID_CFHD,    AV_CODEC_ID_FLV1,       AV_CODEC_ID_PNG,
+    AV_CODEC_ID_QTRLE, AV_CODEC_ID_UTVIDEO};
+constexpr AVCodecID kSoundCodecs[] = {
+    AV_CODEC_ID_AAC,       AV_CODEC_ID_MP3,       AV_CODEC_ID_MP2,       AV_CODEC_ID_AC3,
+    AV_CODEC_ID_EAC3,      AV_CODEC_ID_OPUS,      AV_CODEC_ID_VORBIS,    AV_CODEC_ID_FLAC,
+    AV_CODEC_ID_ALAC,      AV_CODEC_ID_AMR_NB,    AV_CODEC_ID_AMR_WB,    AV_CODEC_ID_PCM_S16LE,
+    AV_CODEC_ID_PCM_S16BE, AV_CODEC_ID_PCM_S24LE, AV_CODEC_ID_PCM_S24BE, AV_CODEC_ID_PCM_S32LE,
+    AV_CODEC_ID_PCM_F32LE, AV_CODEC_ID_PCM_U8,    AV_CODEC_ID_PCM_ALAW,  AV_CODEC_ID_PCM_MULAW,
+    AV_CODEC_ID_WMAV1,     AV_CODEC_ID_WMAV2,     AV_CODEC_ID_WMAPRO};
+
+// Of all decoders that this FFmpeg has for them: looking at a stream's beginning decodes it.
+const std::string& decoder_names() {
+  static const std::string names = [] {
+    std::string list;
+    void* at = nullptr;
+    while (const AVCodec* codec = av_codec_iterate(&at))
+      if (av_codec_is_decoder(codec) &&
+          (is_opened_codec(codec->id) ||
+           std::ranges::find(kSoundCodecs, codec->id) != std::end(kSoundCodecs)))
+        list += (list.empty() ? "" : ",") + std::string(codec->name);
+    return list;
+  }();
+  return names;
+}
 
 // Frame rate from the times of the first packets; 0 if they do not show it.
 double measured_rate(const std::filesystem::path& path, int stream) {
   constexpr std::size_t kPackets = 240;
   constexpr int kMaxRead = 10 * int(kPackets);
   AVFormatContext* raw = nullptr;
-  if (avformat_open_input(&raw, ("file:" + path.string()).c_str(), nullptr, nullptr) < 0) return 0;
+  if (open_container(raw, path) < 0) return 0;
   const std::unique_ptr<AVFormatContext, CloseFormat> format(raw);
   const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
   std::vector<std::int64_t> times;
@@ -50,6 +91,40 @@ const char* tag_of(const AVStream& stream, const char* key) {
 }  // namespace
 
 void CloseFormat::operator()(AVFormatContext* c) const { avformat_close_input(&c); }
+
+bool is_opened_codec(AVCodecID codec) {
+  return std::ranges::find(kPictureCodecs, codec) != std::end(kPictureCodecs);
+}
+
+int open_container(AVFormatContext*& format, const std::filesystem::path& path) {
+  AVDictionary* options = nullptr;
+  av_dict_set(&options, "format_whitelist", kContainers, 0);
+  av_dict_set(&options, "protocol_whitelist", "file", 0);
+  av_dict_set(&options, "codec_whitelist", decoder_names().c_str(), 0);
+  // The "file:" prefix keeps a name such as "a:b.mp4" from being taken for a protocol.
+  const int error = avformat_open_input(&format, ("file:" + path.string()).c_str(), nullptr, &options);
+  av_dict_free(&options);
+  return error;
+}
+
+std::optional<Error> refused_container(const std::filesystem::path& path) {
+  constexpr std::size_t kLooked = std::size_t(64) << 10;
+  const auto head = read_head(path, kLooked);
+  if (!head) return {};
+  const std::string name = path.filename().string();
+  std::vector<unsigned char> bytes(head->size() + AVPROBE_PADDING_SIZE, 0);
+  std::transform(head->begin(), head->end(), bytes.begin(),
+                 [](std::byte b) { return std::to_integer<unsigned char>(b); });
+  const AVProbeData data{name.c_str(), bytes.data(), int(head->size()), nullptr};
+  const AVInputFormat* kind = av_probe_input_format(&data, 1);
+  if (!kind || av_match_list(kind->name, kContainers, ',') > 0) return {};
+  return Error{ErrorCode::bad_input,
+               fmt::format("\"{}\" is none of the kinds of video that are opened here: {}.", name,
+                           kind->long_name ? kind->long_name : kind->name),
+               "Choose the video itself, as a phone or camera records it, or convert it first, for instance: "
+               "ffmpeg -i VIDEO -c:v libx264 -crf 14 out.mp4",
+               path.string()};
+}
 
 int find_stream_info(AVFormatContext& format) {
   std::vector<AVDictionary*> options(format.nb_streams);
@@ -85,7 +160,8 @@ const AVCodec* find_decoder(const AVStream& stream) {
 
 AVStream* picture_stream(AVFormatContext& format) {
   const auto decodable = [](const AVStream& each) {
-    return avcodec_find_decoder(each.codecpar->codec_id) != nullptr;
+    const AVCodecID codec = each.codecpar->codec_id;
+    return is_opened_codec(codec) && avcodec_find_decoder(codec) != nullptr;
   };
   AVStream* stream = default_stream(format, AVMEDIA_TYPE_VIDEO, decodable);
   return stream ? stream : default_stream(format, AVMEDIA_TYPE_VIDEO, [](const AVStream&) { return true; });
@@ -107,7 +183,18 @@ Orientation orientation_of(const AVStream& stream) {
   return orientation_from_matrix(matrix);
 }
 
-StreamLength length_of(const AVFormatContext& format, const AVStream& stream) {
+namespace {
+
+// No picture takes fewer bytes.
+bool has_room(const AVFormatContext& format, double frames) {
+  constexpr double kLeastFrameBytes = 16, kMostFrames = 1e8;
+  const std::int64_t bytes = format.pb ? avio_size(format.pb) : 0;
+  return frames <= (bytes > 0 ? double(bytes) / kLeastFrameBytes : kMostFrames);
+}
+
+}  // namespace
+
+StreamLength length_of(const AVFormatContext& format, const AVStream& stream, double rate) {
   StreamLength length;
   const auto frames = stream.nb_frames;
   if (frames > 0 && frames < std::numeric_limits<int>::max()) length.frames = int(frames);
@@ -125,6 +212,9 @@ StreamLength length_of(const AVFormatContext& format, const AVStream& stream) {
     length.seconds = double(format.duration) / AV_TIME_BASE;
     length.own = false;
   }
+  const double claimed = length.frames > 0 ? length.frames : length.seconds * rate;
+  if (!has_room(format, claimed)) return {};
+  length.frames = int(std::lround(claimed));
   return length;
 }
 

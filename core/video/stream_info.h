@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 
+#include "core/base/result.h"
 #include "core/video/frame_to_rgb.h"
 
 extern "C" {
@@ -21,6 +23,15 @@ struct CloseFormat {
 // A damaged header may claim any size; FFmpeg itself would take gigabytes for it before the first frame
 // fails.
 inline constexpr std::int64_t kMaxPixels = std::int64_t(8192) * 8192;
+
+// Opens a film's container for reading, of the kinds that phones, cameras, calls and editors write, and
+// nothing that leads to other files or to the network, such as a playlist, whatever its name. FFmpeg's error,
+// or 0 and more.
+int open_container(AVFormatContext*& format, const std::filesystem::path& path);
+// What the file is, and what to do, where it is none of these kinds; nullopt: it is one, or nothing known.
+std::optional<Error> refused_container(const std::filesystem::path& path);
+// The same of how its pictures are coded.
+bool is_opened_codec(AVCodecID codec);
 
 int find_stream_info(AVFormatContext& format);  // FFmpeg's error, or 0 and more
 
@@ -42,7 +53,9 @@ struct StreamLength {
   int frames = 0;
   bool own = false;  // seconds: of the stream alone
 };
-StreamLength length_of(const AVFormatContext& format, const AVStream& stream);
+// rate: frames a second, where the container does not count them. Neither seconds nor frames where it claims
+// more pictures than the file has room for.
+StreamLength length_of(const AVFormatContext& format, const AVStream& stream, double rate);
 double rate_of(const std::filesystem::path& path, AVFormatContext& format, AVStream& stream);  // frames/s
 
 }  // namespace likeness

@@ -41,6 +41,18 @@ TEST(JsonText, TextThatIsNestedTooDeeplyIsRefused) {
   EXPECT_EQ(parse_json("[\"" + std::string(100, '[') + "\\\"[\"]").size(), 1u) << "brackets in text are none";
 }
 
+// get<int>() makes 1 of it.
+TEST(JsonText, WholeNumbersBeyond32BitsAreRefused) {
+  const nlohmann::json values = parse_json("[1, -2, 4294967297, 1e300]");
+  EXPECT_EQ(whole_number_in(values[1]), -2);
+  EXPECT_THROW(whole_number_in(values[2]), nlohmann::json::exception);
+  EXPECT_THROW(whole_numbers_in(values), nlohmann::json::exception);
+  EXPECT_THROW(whole_numbers_in(values[0]), nlohmann::json::exception);
+  EXPECT_THROW(numbers_in(values), nlohmann::json::exception);
+  EXPECT_EQ(whole_numbers_in(parse_json("[3, 4]")), (std::vector<int>{3, 4}));
+  EXPECT_EQ(numbers_in(parse_json("[0.5, 4]")), (std::vector<float>{0.5f, 4}));
+}
+
 TEST(JsonText, NumbersHaveARange) {
   EXPECT_EQ(whole_number_in(nlohmann::json(7), 1, 9), 7);
   EXPECT_EQ(number_in(nlohmann::json(0.5), 0, 1), 0.5);

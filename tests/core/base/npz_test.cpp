@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
+#include <limits>
 #include <random>
 
 #include "core/base/files.h"
@@ -59,6 +61,24 @@ TEST_F(Npz, FlippedBytesNeverCrash) {
   }
 }
 
+// A flipped bit makes another head of a head model, and no reader sees it but by the archive's checksum.
+TEST_F(Npz, EveryAlteredNumberIsDamage) {
+  ASSERT_TRUE(write_npz(path_, example()).ok());
+  const auto whole = read_file(path_).value();
+  const float wanted = 1.5f;
+  const auto bytes = std::as_bytes(std::span(&wanted, 1));
+  const auto at = std::search(whole.begin(), whole.end(), bytes.begin(), bytes.end());
+  ASSERT_NE(at, whole.end());
+  for (int bit = 0; bit < 8; ++bit) {
+    auto altered = whole;
+    altered[std::size_t(at - whole.begin()) + 2] ^= std::byte(1 << bit);
+    ASSERT_TRUE(write_file(path_, altered).ok());
+    const auto archive = read_npz(path_);
+    ASSERT_FALSE(archive.ok()) << bit;
+    EXPECT_EQ(archive.error().code, ErrorCode::bad_input);
+  }
+}
+
 std::vector<std::byte> npy(std::string header, std::span<const std::byte> body) {
   std::string text = std::string("\x93NUMPY\x01\x00", 8);
   text += char(header.size() & 255);
@@ -97,6 +117,21 @@ TEST(Npy, AShapeLargerThanTheFileTakesNoMemory) {
                   "a")
             .ok());
   }
+}
+
+TEST(Npy, AnIndexBeyond32BitsStaysBeyond) {
+  constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+  const std::vector<std::int64_t> wide{7, (std::int64_t(1) << 32) + 1, -(std::int64_t(1) << 40), 4294967295};
+  const auto signed_array = parse_npy(
+      npy("{'descr': '<i8', 'fortran_order': False, 'shape': (4,), }", std::as_bytes(std::span(wide))), "a");
+  ASSERT_TRUE(signed_array.ok());
+  EXPECT_EQ(signed_array->as_int(), (std::vector<std::int32_t>{7, kMost, -kMost - 1, -1}));
+  const std::vector<std::uint32_t> narrow{7, 4294967295u, 3000000000u};
+  const auto unsigned_array = parse_npy(
+      npy("{'descr': '<u4', 'fortran_order': False, 'shape': (3,), }", std::as_bytes(std::span(narrow))),
+      "a");
+  ASSERT_TRUE(unsigned_array.ok());
+  EXPECT_EQ(unsigned_array->as_int(), (std::vector<std::int32_t>{7, -1, kMost}));
 }
 
 // Reading a pickle may execute it; this reader passes the bytes on unchanged.

@@ -281,6 +281,51 @@ TEST_F(Decode, ATruncatedFileWithItsIndexAtTheEndIsNamedIncomplete) {
   EXPECT_THAT(error.what, HasSubstr("is cut short before its index"));
 }
 
+// FFmpeg opens a playlist by its first line, whatever its name, and all that it names.
+TEST_F(Decode, WhatLeadsToOtherFilesIsNotOpened) {
+  write_clip(folder_ / "victim.mp4", 64, 64, 10);
+  const std::pair<const char*, std::string> lists[] = {
+      {"hls.mp4", "#EXTM3U\n#EXT-X-TARGETDURATION:2\n#EXTINF:2,\n" + (folder_ / "victim.mp4").string() +
+                      "\n#EXT-X-ENDLIST\n"},
+      {"concat.mkv", "ffconcat version 1.0\nfile victim.mp4\n"}};
+  for (const auto& [name, text] : lists) {
+    ASSERT_TRUE(write_text(folder_ / name, text).ok());
+    const Error error = error_of(folder_ / name);
+    EXPECT_EQ(error.code, ErrorCode::bad_input) << name;
+    EXPECT_THAT(error.what, HasSubstr("none of the kinds of video")) << name;
+    EXPECT_THAT(error.fix, HasSubstr("convert")) << name;
+  }
+}
+
+TEST_F(Decode, OtherKindsAreRefusedWithTheirName) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make other formats";
+  write_clip(folder_ / "a.mp4", 64, 64, 5);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -f gif b.mp4"), 0);
+  EXPECT_THAT(error_of(folder_ / "b.mp4").what, HasSubstr("GIF"));
+  ASSERT_EQ(ffmpeg("-i a.mp4 -c:v cinepak c.avi"), 0);
+  EXPECT_THAT(error_of(folder_ / "c.avi").what, HasSubstr("cinepak"));
+}
+
+// What it claims decides how many of its frames are taken, and what is made ready for them.
+TEST_F(Decode, ALengthThatTheFileHasNoRoomForIsNotBelieved) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make Matroska files";
+  write_clip(folder_ / "a.mp4", 64, 64, 50);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -c:v copy a.mkv"), 0);
+  auto bytes = *read_file(folder_ / "a.mkv");
+  const std::string was = "00:00:02.000000000", is = "99:59:59.000000000";
+  const auto tag = std::search(bytes.begin(), bytes.end(), was.begin(), was.end(),
+                               [](std::byte a, char b) { return char(a) == b; });
+  ASSERT_NE(tag, bytes.end());
+  std::transform(is.begin(), is.end(), tag, [](char c) { return std::byte(c); });
+  ASSERT_TRUE(write_file(folder_ / "long.mkv", bytes).ok());
+  auto reader = VideoReader::open(folder_ / "long.mkv");
+  ASSERT_TRUE(reader);
+  EXPECT_EQ(reader->info().frame_count, 0);
+  EXPECT_EQ(reader->info().duration_s, 0);
+  EXPECT_EQ(sampling_stride(reader->info()), 1);
+  EXPECT_EQ(frames_of(*reader).size(), 50u);
+}
+
 // A Matroska file claims the length of its longest stream, counted from zero.
 TEST_F(Decode, AMatroskaFileIsJudgedByItsOwnPictures) {
   if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make Matroska files";
@@ -509,7 +554,7 @@ TEST_F(Decode, DistinguishesMissingEmptyTextFolderAndSoundOnly) {
       << "RIFF" << word(36 + 16000) << "WAVEfmt " << word(16) << format << "data" << word(16000)
       << std::string(16000, '\0');
   EXPECT_EQ(error_of(folder_ / "sound.mp4").code, ErrorCode::bad_input);
-  EXPECT_THAT(error_of(folder_ / "sound.mp4").what, HasSubstr("sound but no video"));
+  EXPECT_THAT(error_of(folder_ / "sound.mp4").what, HasSubstr("WAV"));
 }
 
 TEST_F(Decode, ProbeAgreesWithTheReader) {

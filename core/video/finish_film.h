@@ -1,0 +1,24 @@
+// Films that are written in pieces, each whole by itself, so that a kill loses the last seconds only.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "core/base/result.h"
+
+namespace likeness {
+
+// The hidden name under which a film lies beside its place while it is written in pieces:
+// .NAME.recording.PID-NUMBER.part.mp4.
+std::filesystem::path unfinished_film_name(const std::filesystem::path& path);
+
+// Puts what was written there of the film at its place, as a usual mp4, its index at the front; the pieces
+// go. Where there is no room for both, the pieces themselves, which are a film, too. An Error: they hold no
+// picture.
+Result<void> finish_film(const std::filesystem::path& pieces, const std::filesystem::path& path);
+
+// Finishes those that killed processes left in a folder, under their own names or, where these are taken,
+// with a number. What holds no picture yet goes. The films' places.
+std::vector<std::filesystem::path> finish_abandoned_films(const std::filesystem::path& folder);
+
+}  // namespace likeness
