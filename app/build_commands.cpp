@@ -9,6 +9,7 @@
 
 #include "app/backend_option.h"
 #include "app/commands.h"
+#include "app/consent_option.h"
 #include "app/parts.h"
 #include "app/project_options.h"
 #include "app/terminal.h"
@@ -41,6 +42,7 @@ namespace {
 struct BuildArguments {
   CommonOptions common;
   fs::path input, project, out;
+  std::string consent;  // as given
   GivenOptions given;
   bool forecast = false;
   FieldPrecision precision = FieldPrecision::bf16;
@@ -221,6 +223,15 @@ bool is_clip_of(const Project& project, const fs::path& video) {
   return capture && hash && capture->video_hash == *hash;
 }
 
+// A new answer into the project.
+Result<void> keep_consent(Consent answer, Project& project) {
+  if (answer == Consent::not_asked || answer == project.consent) return {};
+  const auto changed = change_project(project.folder, [&](Project& p) { p.consent = answer; });
+  if (!changed) return changed.error();
+  project.consent = answer;
+  return {};
+}
+
 // A first build that fails on its clip leaves no folder behind: there is nothing in it to keep.
 int run_new(const BuildArguments& arguments, Stage last, const CLI::App& verb) {
   const auto backend = chosen_backend(arguments.common, arguments.precision);
@@ -229,17 +240,30 @@ int run_new(const BuildArguments& arguments, Stage last, const CLI::App& verb) {
   const bool existed = fs::exists(arguments.project, unknown) || unknown;
   ProjectOptions options;
   options.shared.video = arguments.input;
+  Consent known = Consent::not_asked;
   if (const auto earlier = open_project(arguments.project);
-      earlier && is_clip_of(*earlier, options.shared.video))
+      earlier && is_clip_of(*earlier, options.shared.video)) {
+    known = earlier->consent;
     for (const OptionRow& row : option_table())
       if (row.kept_with_clip) copy_option(row, earlier->options, options);
+  }
   if (const auto applied = apply_given(verb, arguments.given, options); !applied)
     return report_failure(applied.error());
   if (const auto fine = check_identity(options); !fine) return report_failure(fine.error());
   if (const auto fine = check_displacement(options); !fine) return report_failure(fine.error());
+  const bool clip_there = fs::exists(arguments.input, unknown);
+  const auto consent = answered_consent(arguments.consent,
+                                        known == Consent::not_asked && clip_there && !arguments.common.json);
+  if (!consent) return report_failure(consent.error());
   auto project = open_or_create_project(arguments.project, options);
   if (!project) return report_failure(project.error());
+  if (const auto kept = keep_consent(*consent, *project); !kept) return report_failure(kept.error());
   const int code = run(*project, last, arguments.common, *backend);
+  // An import of another clip forgets what was answered of the one before.
+  if (const auto kept = keep_consent(*consent, *project); !kept && fs::exists(arguments.project, unknown))
+    return report_failure(kept.error());
+  if (project->consent == Consent::not_asked && code == kExitDone && !arguments.common.json)
+    tell("Whether the filmed person agreed was not answered; exports say so. Answer it with --consent.\n");
   if (code == kExitFailed && !existed && project->record(Stage::import).state == StageState::failed) {
     std::error_code ignored;
     fs::remove_all(arguments.project, ignored);
@@ -282,6 +306,9 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   if (!backend) return report_failure(backend.error());
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
+  if (!arguments.consent.empty())
+    if (const auto kept = keep_consent(*answered_consent(arguments.consent, false), *project); !kept)
+      return report_failure(kept.error());
   // "Finish with what is learnt" shortened the budget of one avatar; a training with other inputs gets all of
   // it.
   if (project->options.train.full_budget_s > 0 && !is_current(*project, Stage::train)) {
@@ -342,6 +369,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
 
   CLI::App* build = program.add_subcommand("build", "All stages: from a clip to a trained avatar");
   add_new_project(*build, *a);
+  add_consent_option(*build, a->consent);
   add_project_options(*build, &OptionVerbs::build, a->given);
   add_precision_option(*build, a->precision);
   add_common_options_with_cuda(*build, a->common);
@@ -352,6 +380,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
 
   CLI::App* import_verb = program.add_subcommand("import", "Decode a clip, choose frames, crop");
   add_new_project(*import_verb, *a);
+  add_consent_option(*import_verb, a->consent);
   add_project_options(*import_verb, &OptionVerbs::import, a->given);
   add_common_options(*import_verb, a->common);
   import_verb->callback(
@@ -380,6 +409,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
 
   CLI::App* train = program.add_subcommand("train", "Train the avatar, or continue");
   train->add_option("project", a->input, "Project folder")->required();
+  add_consent_option(*train, a->consent);
   add_project_options(*train, &OptionVerbs::train, a->given);
   add_precision_option(*train, a->precision);
   add_common_options_with_cuda(*train, a->common);

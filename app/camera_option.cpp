@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/direct/camera_keys.h"
+#include "core/direct/seen_limits.h"
 #include "core/export/head_mesh.h"
 #include "core/render/camera_path.h"
 #include "core/scene/track.h"
@@ -12,17 +14,33 @@ namespace likeness::app {
 
 void add_camera_options(CLI::App& verb, CameraOptions& options) {
   verb.add_option("--camera", options.camera, "still, orbit, or a cameras.json to follow");
-  verb.add_option("--orbit", options.orbit_deg, "Half angle of the orbit, degrees")
+  verb.add_option("--orbit", options.orbit_deg,
+                  "Half angle of the orbit, degrees; default: as far as the avatar holds, to each side")
       ->check(CLI::Range(1.0, 180.0));
 }
+
+namespace {
+
+constexpr double kUnknownOrbit_deg = 30;  // of an avatar whose range is not known
+
+// To both sides of the typical view, degrees.
+ValueRange orbit_of(const CameraOptions& options, const OpenedAvatar& opened) {
+  if (options.rests()) return {};
+  const float own = float(options.orbit_deg > 0 ? options.orbit_deg : kUnknownOrbit_deg);
+  if (options.orbit_deg > 0 || !opened.avatar.holds) return {-own, own};
+  return orbit_range(seen_limits(opened.avatar, opened.model, {}), true);
+}
+
+}  // namespace
 
 Result<std::vector<Camera>> film_cameras(const CameraOptions& options, const OpenedAvatar& opened,
                                          std::span<const double> times_s) {
   const Avatar& avatar = opened.avatar;
   if (!options.follows_a_file()) {
-    const double amplitude = options.rests() ? 0 : options.orbit_deg * std::numbers::pi / 180;
+    constexpr double kRadians = std::numbers::pi / 180;
+    const ValueRange orbit = orbit_of(options, opened);
     std::vector<Camera> cameras;
-    for (const double yaw : orbit_yaws(times_s, amplitude))
+    for (const double yaw : orbit_yaws(times_s, kRadians * orbit.low, kRadians * orbit.high))
       cameras.push_back(orbit_camera(avatar, avatar.world_from_head, yaw));
     return cameras;
   }

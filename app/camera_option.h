@@ -18,7 +18,7 @@ namespace likeness::app {
 
 struct CameraOptions {
   std::string camera = "still";  // still, orbit, or a file of cameras to follow
-  double orbit_deg = 30;         // half the angle
+  double orbit_deg = 0;          // half the angle; 0: as far as the avatar holds
 
   bool rests() const { return camera == "still"; }
   bool follows_a_file() const { return camera != "still" && camera != "orbit"; }

@@ -11,6 +11,7 @@
 #include "core/base/parallel.h"
 #include "core/holds/hold_words.h"
 #include "core/project/card.h"
+#include "core/project/consent.h"
 #include "core/project/open_avatar.h"
 #include "core/project/what_holds.h"
 
@@ -25,7 +26,7 @@ struct CardArguments {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-nlohmann::json to_json(const Card& card) {
+nlohmann::json to_json(const Card& card, Consent consent) {
   using nlohmann::json;
   json expressions = json::array(), gaps = json::array(), worst = json::array();
   for (const CardExpression& e : card.expressions)
@@ -43,6 +44,7 @@ nlohmann::json to_json(const Card& card) {
       holds_gaps.push_back({{"what", remark.what}, {"film_again", remark.film_again}});
   const auto range = [](double low, double high) { return json{low * kDegrees, high * kDegrees}; };
   return {
+      {"consent", consent_name(consent)},
       {"frames",
        {{"trained", card.trained}, {"weak", card.weak}, {"lost", card.lost}, {"refused", card.refused}}},
       {"seen_from_deg",
@@ -111,9 +113,14 @@ int run(const CardArguments& arguments) {
     }
   }
   if (arguments.common.json) {
-    print_json(to_json(*card));
+    print_json(to_json(*card, project->consent));
   } else {
     print_card(*card);
+    if (project->consent == Consent::not_asked)
+      fmt::print(
+          "\nWhether the filmed person agreed was never answered; exports say so.\n"
+          "  likeness train {} --consent self, given or nobody\n",
+          project->folder.string());
   }
   return kExitDone;
 }

@@ -65,7 +65,12 @@ int run_delete(const CareArguments& arguments) {
   const auto deleted = delete_person(arguments.project, arguments.keep_exports);
   if (!deleted) return report_failure(deleted.error());
   if (arguments.common.json) {
-    print_json({{"bytes", deleted->bytes}, {"folder_gone", deleted->folder_gone}, {"kept", deleted->kept}});
+    nlohmann::json clips = nlohmann::json::array();
+    for (const std::filesystem::path& clip : deleted->clips) clips.push_back(clip.string());
+    print_json({{"bytes", deleted->bytes},
+                {"folder_gone", deleted->folder_gone},
+                {"kept", deleted->kept},
+                {"clips", clips}});
     return kExitDone;
   }
   tell("{}\n", deletion_words(*deleted));

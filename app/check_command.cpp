@@ -117,7 +117,7 @@ int run(const CheckArguments& arguments) {
     print_as_json(**measures, verdict);
     return kExitDone;
   }
-  fmt::print("{}\n", verdict_words(verdict.verdict));
+  fmt::print("{}\n", verdict_words(verdict));
   const ClipFacts facts = clip_facts(**measures);
   for (const std::string& words :
        {camera_sentence(facts.camera), mask_sentence(facts.mask), parts_sentence(facts.parts)})

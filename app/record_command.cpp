@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
+#include "app/consent_option.h"
 #include "app/terminal.h"
 #include "core/video/record.h"
 #include "core/video/webcam.h"
@@ -15,7 +16,7 @@ namespace {
 struct RecordArguments {
   CommonOptions common;
   std::filesystem::path clip;
-  std::string webcam;
+  std::string webcam, consent;
   bool list = false;
   RecordOptions options;
 };
@@ -34,10 +35,13 @@ int list(const std::vector<Webcam>& webcams, bool json) {
 
 int run(const RecordArguments& arguments) {
   if (arguments.list) return list(list_webcams(), arguments.common.json);
+  const auto consent = answered_consent(arguments.consent, !arguments.common.json);
+  if (!consent) return report_failure(consent.error());
   auto source = open_webcam(arguments.webcam, kToRecord);
   if (!source) return report_failure(source.error());
   if (!arguments.common.json)
-    tell("Recording; Ctrl-C ends it and keeps the clip. Film only people who have agreed to it.\n");
+    tell("Recording; Ctrl-C ends it and keeps the clip.{}\n",
+         *consent == Consent::not_asked ? " Film only people who have agreed to it." : "");
   std::optional<Result<Recording>> recording;
   {
     const ProgressLine line(arguments.common);
@@ -77,6 +81,7 @@ void add_record_command(CLI::App& program, int& exit_code) {
   verb->add_option("--webcam", a->webcam,
                    "The webcam's device, for instance /dev/video0; default: the first");
   verb->add_option("--seconds", a->options.longest_s, "Longest recording")->check(CLI::Range(1.0, 3600.0));
+  add_consent_option(*verb, a->consent);
   add_common_options(*verb, a->common);
   verb->callback([a, clip, listing, &exit_code] {
     if (listing->count() == 0 && clip->count() == 0) throw CLI::RequiredError("clip");

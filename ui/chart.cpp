@@ -31,7 +31,7 @@ struct TrainingChart::Impl {
   vtkPlot *training_plot = nullptr, *held_out_plot = nullptr;
   std::size_t points = 0, scores = 0;
   double last_s = -1;
-  bool dark = false;
+  bool dark = false, of_person = false;
   float scale = 0;
   int width = 0, height = 0;  // px, when last drawn
 };
@@ -101,10 +101,15 @@ TrainingChart::TrainingChart() : impl_(std::make_unique<Impl>()) {
 
 TrainingChart::~TrainingChart() = default;
 
-void TrainingChart::set(std::span<const TrainStatus> training, std::span<const HeldOutScore> held_out) {
+void TrainingChart::set(std::span<const TrainStatus> training, std::span<const HeldOutScore> held_out,
+                        bool of_person) {
   Impl& my = *impl_;
   const double last = training.empty() ? -1 : training.back().seconds;
-  if (training.size() == my.points && held_out.size() == my.scores && last == my.last_s) return;
+  if (training.size() == my.points && held_out.size() == my.scores && last == my.last_s &&
+      of_person == my.of_person)
+    return;
+  my.of_person = of_person;
+  my.held_out_plot->SetLabel(of_person ? "Held-out frame, the person alone" : "Held-out frame");
   my.points = training.size(), my.scores = held_out.size(), my.last_s = last;
   fill(
       my.training, training.size(), [&](std::size_t i) { return training[i].seconds; },

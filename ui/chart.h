@@ -16,8 +16,9 @@ class TrainingChart {
   TrainingChart();
   ~TrainingChart();
 
-  // Shows these points, in order of time; drawn anew only where they changed.
-  void set(std::span<const TrainStatus> training, std::span<const HeldOutScore> held_out);
+  // Shows these points, in order of time; drawn anew only where they changed. of_person: what was held out
+  // was compared on the person alone.
+  void set(std::span<const TrainStatus> training, std::span<const HeldOutScore> held_out, bool of_person);
   // Wheel and drag zoom and pan; a double click shows all.
   void draw(const char* name, ImVec2 size);
 

@@ -5,6 +5,7 @@
 
 #include "ui/keyboard.h"
 #include "ui/shell.h"
+#include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 
@@ -109,13 +110,7 @@ void draw_next(const Snapshot& snapshot, Requests& requests) {
     if (command_button(next, now, now.paused, width)) requests.ask(next);
     ImGui::PopID();
   } else if (!now.finished && now.consent) {
-    const bool stopped = snapshot.project.pipeline.job.state == JobState::stopped;
-    const bool failed = snapshot.project.pipeline.job.state == JobState::failed;
-    if (primary_button(stopped  ? "Continue"
-                       : failed ? "Try again"
-                                : "Make the avatar",
-                       is_enabled(Command::make_avatar, now), width))
-      requests.ask(Command::make_avatar);
+    draw_make_buttons(snapshot, requests, width);
   }
 }
 
@@ -161,6 +156,7 @@ void draw_status_bar(const Snapshot& snapshot, Requests& requests) {
     left = is_recording(*snapshot.recorder) ? "A clip is being recorded"
            : snapshot.recorder->picture     ? "The webcam is on; nothing is recorded"
                                             : "Record a clip";
+  if (snapshot.situation.look_only) left = "To look at only: the project is open in another window";
   if (snapshot.project.loading && !snapshot.recorder) left = "Reading the project";
   const std::string right =
       fmt::format("{}   \u00b7   {} threads   \u00b7   {:.1f} GB used, {:.1f} GB free", system.backend,

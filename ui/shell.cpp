@@ -244,6 +244,24 @@ bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
   return answered;
 }
 
+// Of two windows that save the same files, one would undo what was done in the other. True once it is
+// answered.
+bool draw_elsewhere(const Snapshot& snapshot, Requests& requests) {
+  if (!snapshot.project.elsewhere) return true;
+  heading("This project is open in another window");
+  ImGui::Dummy({px(560), 0});
+  body_text(
+      "Here you can look at it and turn the avatar; what you do is not saved, and nothing is made, painted "
+      "or "
+      "exported. To work in this window, close the project in the other one first.");
+  faint_text("The project: " + snapshot.project.elsewhere->string());
+  ImGui::Dummy({0, px(6)});
+  if (primary_button("Open to look at only")) requests.project.look_only = true;
+  ImGui::SameLine();
+  if (plain_button("Do not open")) requests.project.look_only = false;
+  return requests.project.look_only.has_value();
+}
+
 // What was done or went wrong, in the lower right corner, until it is dismissed.
 void draw_notices(const Snapshot& snapshot, Requests& requests) {
   if (!snapshot.error && snapshot.message.empty()) return;
@@ -355,6 +373,9 @@ void Shell::draw_questions(const Snapshot& snapshot, Requests& requests) {
     if (plain_button(snapshot.situation.recording ? "Go on recording" : "Go on working")) close = true;
   } else if (shown_ == Question::delete_person) {
     close |= draw_deletion(snapshot, requests);
+  } else if (shown_ == Question::open_elsewhere) {
+    if (close) requests.project.look_only = false;
+    close |= draw_elsewhere(snapshot, requests);
   } else {
     if (shown_ == Question::shortcuts) draw_shortcuts();
     if (shown_ == Question::film_guide) draw_film_guide();
@@ -398,6 +419,7 @@ Requests Shell::draw(const Snapshot& snapshot) {
   draw_status_bar(snapshot, requests);
   ImGui::End();
   draw_notices(snapshot, requests);
+  if (snapshot.project.elsewhere && shown_ == Question::none) ask(Question::open_elsewhere);
   draw_questions(snapshot, requests);
   if (requests.browse) {
     const bool in_project = *requests.browse == Wanted::export_performance && snapshot.project.contents;

@@ -13,7 +13,7 @@
 
 namespace likeness::ui {
 
-enum class Question { none, shortcuts, film_guide, licences, closing, delete_person };
+enum class Question { none, shortcuts, film_guide, licences, closing, delete_person, open_elsewhere };
 enum class Closing { none, keep_and_stop };
 
 class Shell {

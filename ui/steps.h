@@ -41,6 +41,11 @@ bool group_heading(const char* words, bool& open);
 void draw_card(const Snapshot& snapshot, const Card& card, Views& views, Requests& requests);
 // What an avatar is made of and why, in a group that opens and closes.
 void draw_parts(const std::vector<AvatarPart>& parts, bool& open);
+// The capture check's verdict in a band of its colour; why: what speaks against the clip, or nothing.
+void draw_verdict_note(const CaptureVerdict& verdict, const std::string& why = {});
+// The buttons that begin or continue the avatar; of a clip that will make no good one, another clip is the
+// main one. width: of each, px, one below the other; 0: side by side, as wide as their words.
+void draw_make_buttons(const Snapshot& snapshot, Requests& requests, float width = 0);
 // In place of a result that is not there yet.
 void draw_nothing_yet(const char* words);
 // Large letters in a small window: a picture needs the height more than the strip above it, which then goes

@@ -73,7 +73,7 @@ struct StripSpan {
 };
 
 struct Views {
-  FollowedTexture clip, check, face, truth, plate, driver, mirror;
+  FollowedTexture clip, check, face, truth, plate, driver, mirror, first;
   std::array<FollowedTexture, 4> previews;
   TrainingChart chart;
   CameraScene cameras;

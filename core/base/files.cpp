@@ -57,14 +57,31 @@ int write_all(int fd, std::span<const std::byte> bytes) {
   return 0;
 }
 
+fs::path folder_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+// Whether a folder is its owner's alone. What is made in it is so, too: a face is not for everybody who has
+// an account on the machine.
+bool is_private(const fs::path& folder) {
+  struct stat own {};
+  return ::stat(folder.c_str(), &own) == 0 && (own.st_mode & (S_IRWXG | S_IRWXO)) == 0;
+}
+
+// Missing folders on the way, too. 0, or errno.
+int create_folders(const fs::path& folder) {
+  std::error_code ignored;
+  if (folder.empty() || fs::is_directory(folder, ignored)) return 0;
+  const fs::path above = folder_of(folder);
+  if (const int failed = create_folders(above); failed != 0) return failed;
+  if (::mkdir(folder.c_str(), is_private(above) ? 0700 : 0777) == 0 || errno == EEXIST) return 0;
+  return errno;
+}
+
 // The rename itself must survive a power cut: the folder's entry is flushed too. Best effort.
 void sync_folder(const fs::path& folder) {
   const FileDescriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY));
   if (fd.get() >= 0) ::fsync(fd.get());
-}
-
-fs::path folder_of(const fs::path& path) {
-  return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
 Error endless_error(const fs::path& path) {
@@ -104,6 +121,7 @@ Result<std::vector<std::byte>> read_all(const PlainFile& file, const fs::path& p
 }
 
 Result<void> rename_into_place(const fs::path& temporary, const fs::path& path) {
+  if (is_private(folder_of(path))) (void)::chmod(temporary.c_str(), S_IRUSR | S_IWUSR);
   if (::rename(temporary.c_str(), path.c_str()) != 0) {
     const int error_number = errno;
     ::unlink(temporary.c_str());
@@ -187,9 +205,8 @@ Result<std::vector<std::byte>> read_head(const fs::path& path, std::size_t most)
 }
 
 Result<void> write_file(const fs::path& path, std::span<const std::byte> bytes) {
-  std::error_code failure;
-  fs::create_directories(folder_of(path), failure);
-  if (failure) return file_error(folder_of(path), "create", failure.value());
+  if (const int failed = create_folders(folder_of(path)); failed != 0)
+    return file_error(folder_of(path), "create", failed);
   const fs::path temporary = temporary_name(path);
   FileDescriptor fd(create_new(temporary));
   if (fd.get() < 0) return file_error(path, "write", errno);
@@ -208,9 +225,8 @@ Result<void> write_text(const fs::path& path, std::string_view text) {
 }
 
 Result<void> make_writable_folder(const fs::path& folder) {
+  if (const int failed = create_folders(folder); failed != 0) return file_error(folder, "create", failed);
   std::error_code failure;
-  fs::create_directories(folder, failure);
-  if (failure) return file_error(folder, "create", failure.value());
   if (!fs::is_directory(folder, failure)) return file_error(folder, "create", ENOTDIR);
   const fs::path probe = temporary_name(folder / "probe");
   const FileDescriptor fd(create_new(probe));

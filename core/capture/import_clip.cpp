@@ -35,7 +35,6 @@ namespace fs = std::filesystem;
 
 constexpr int kFewestFrames = 30;
 constexpr int kFewestTraining = 20;
-constexpr double kFaceShare = 0.1;  // of the samples: with fewer, the clip shows no usable face
 constexpr double kFaceShareWarned = 0.8;
 constexpr double kSecondFaceShare = 0.2;
 constexpr std::size_t kBatch = 16;  // pictures written side by side
@@ -82,7 +81,7 @@ Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const std::vector<
     crowded += sample.second_face;
   }
   const std::size_t looks = scan.samples.size();
-  if (faces.empty() || double(faces.size()) < kFaceShare * double(looks)) {
+  if (faces.empty() || double(faces.size()) < kLeastFaceShare * double(looks)) {
     return refused(
         ErrorCode::no_face, video,
         fmt::format("A face was found in {} of {} frames examined.", faces.size(), looks),

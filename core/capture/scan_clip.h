@@ -28,6 +28,9 @@ struct FaceSample {
   std::optional<Vec3d> to_camera{};
 };
 
+// Of the samples: where fewer show a face, no avatar can be made of the clip.
+inline constexpr double kLeastFaceShare = 0.1;
+
 struct ClipScan {
   VideoInfo info;
   // Every frame read (core/video/decode.h: sampled): number, time and sharpness (0 before the first face).

@@ -48,7 +48,7 @@ PageColour colour_of(Verdict verdict) {
 void draw_head(Page& page, const std::string& name) {
   const int height = 64, width = kWidth - 2 * kMargin;
   page.canvas.fill({kMargin, page.y, width, height}, colour_of(page.verdict.verdict));
-  page.canvas.text(kMargin + 20, page.y + 21, verdict_words(page.verdict.verdict), {24, kWhite, true});
+  page.canvas.text(kMargin + 20, page.y + 21, verdict_words(page.verdict), {24, kWhite, true});
   page.y += height + 18;
   const auto faces = std::ranges::count_if(page.clip.looks, [](const Look& l) { return l.face.has_value(); });
   const std::size_t looks = std::max<std::size_t>(1, page.clip.looks.size());

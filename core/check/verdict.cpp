@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "core/base/quantile.h"
+#include "core/capture/scan_clip.h"
 
 namespace likeness {
 namespace {
@@ -270,11 +271,12 @@ std::string_view verdict_name(Verdict verdict) {
   return kNames[static_cast<std::size_t>(verdict)];
 }
 
-std::string_view verdict_words(Verdict verdict) {
+std::string_view verdict_words(const CaptureVerdict& verdict) {
+  if (verdict.faceless) return "Film again: this clip shows no face, so no avatar can be made of it.";
   static constexpr std::array<std::string_view, 3> kWords{
       "Ready: this clip will make a good avatar.", "Usable, but the avatar will show these faults.",
       "Film again: this clip will not make a good avatar."};
-  return kWords[static_cast<std::size_t>(verdict)];
+  return kWords[static_cast<std::size_t>(verdict.verdict)];
 }
 
 std::array<KeyExpressionShown, kKeyExpressions.size()> key_expressions_shown(const ClipMeasures& measures) {
@@ -311,6 +313,12 @@ bool shows_fault(const Look& look, Fault fault) {
   }
 }
 
-CaptureVerdict judge_capture(const ClipMeasures& measures) { return Judge(measures).judge(); }
+CaptureVerdict judge_capture(const ClipMeasures& measures) {
+  CaptureVerdict verdict = Judge(measures).judge();
+  verdict.faceless =
+      1 - find(measures.looks, any, [](const Look& l) { return !l.face; }).share() < kLeastFaceShare;
+  if (verdict.faceless) verdict.verdict = Verdict::refilm;
+  return verdict;
+}
 
 }  // namespace likeness

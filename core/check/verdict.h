@@ -40,12 +40,13 @@ struct Remark {
 
 enum class Verdict { ready, usable, refilm };
 std::string_view verdict_name(Verdict verdict);
-std::string_view verdict_words(Verdict verdict);  // a sentence for people
 
 struct CaptureVerdict {
   Verdict verdict = Verdict::ready;  // refilm with a grave remark, usable with any
-  std::vector<Remark> remarks;       // the grave ones first
+  std::vector<Remark> remarks{};     // the grave ones first
+  bool faceless = false;             // import would refuse it: hardly a picture shows a face
 };
+std::string_view verdict_words(const CaptureVerdict& verdict);  // a sentence for people
 
 // One of the expressions an avatar needs, as far as the clip shows it.
 struct KeyExpressionShown {

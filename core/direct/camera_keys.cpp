@@ -25,10 +25,11 @@ void set_dolly(Performance& performance, float from, float to) {
   set_key(performance, "camera distance", {performance.duration_s, to});
 }
 
-ValueRange orbit_range(const std::map<std::string, ValueRange>& limits) {
+ValueRange orbit_range(const std::map<std::string, ValueRange>& limits, bool held) {
   const auto seen = limits.find("camera yaw");
   if (seen == limits.end()) return {-25, 25};
-  return {std::clamp(seen->second.low, -45.0f, -10.0f), std::clamp(seen->second.high, 10.0f, 45.0f)};
+  const float least = held ? 0 : 10;
+  return {std::clamp(seen->second.low, -45.0f, -least), std::clamp(seen->second.high, least, 45.0f)};
 }
 
 }  // namespace likeness

@@ -16,12 +16,13 @@ Provenance provenance(const std::string& project, const std::string& avatar_hash
   // Through JSON, whose writer replaces what is not UTF-8.
   const std::string readable = parse_json(json_text(nlohmann::json(project)));
   return {"Likeness " LIKENESS_VERSION, readable, avatar_hash,
-          fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(seconds))};
+          fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(seconds)), ""};
 }
 
 std::string provenance_sentence(const Provenance& p) {
-  return fmt::format("Synthetic media, not a recording: made by {} from the avatar \"{}\" ({}), {}.",
-                     p.program, p.project, p.avatar_hash, p.made_at);
+  return fmt::format("Synthetic media, not a recording: made by {} from the avatar \"{}\" ({}), {}.{}",
+                     p.program, p.project, p.avatar_hash, p.made_at,
+                     p.consent == "not_asked" ? " Whether the person shown agreed was not answered." : "");
 }
 
 std::string provenance_json(const Provenance& p) {
@@ -30,6 +31,7 @@ std::string provenance_json(const Provenance& p) {
                     {"made_by", p.program},
                     {"project", p.project},
                     {"avatar_hash", p.avatar_hash},
+                    {"consent", p.consent.empty() ? nlohmann::json() : nlohmann::json(p.consent)},
                     {"made_at", p.made_at}});
 }
 

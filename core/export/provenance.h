@@ -17,6 +17,7 @@ struct Provenance {
   std::string project;      // the project folder's name, without its path
   std::string avatar_hash;  // of avatar.bin
   std::string made_at;      // UTC, ISO 8601
+  std::string consent{};    // of the person shown: own, given, no_real_person; not_asked; empty: not said
 };
 Provenance provenance(const std::string& project, const std::string& avatar_hash,
                       std::chrono::system_clock::time_point made_at);

@@ -13,6 +13,7 @@
 #include "core/base/files.h"
 #include "core/export/mark.h"
 #include "core/image/files.h"
+#include "core/project/consent.h"
 #include "core/render/pose_avatar.h"
 #include "core/render/room_picture.h"
 #include "core/video/encode.h"
@@ -47,6 +48,7 @@ struct Ground {
   Vec3f colour = Vec3f::Constant(0.9f);
   std::optional<RoomScene> room;   // seen from each frame's camera, instead of either
   const Mosaic* mosaic = nullptr;  // the same
+  std::optional<Mosaic> plate{};   // the same, of a camera that zooms or shifts where the capture's rested
 };
 
 // Such names are neither keywords nor colours; whether the picture exists is checked when it is read.
@@ -76,10 +78,32 @@ bool same_shape(const Image8& plate, const Intrinsics& picture) {
   return std::abs(shape - double(picture.width) / std::max(1, picture.height)) < kSameShape * shape;
 }
 
-Result<Ground> open_ground(const Avatar& avatar, const std::string& background, const Intrinsics& picture) {
+Camera with_width(const Camera& camera, int width) {
+  return width > 0 && width != camera.intrinsics.width ? resized(camera, width) : camera;
+}
+
+// Whether all stand where the capture's camera rested, but some zoom or shift.
+bool zooms_in_place(const Avatar& avatar, std::span<const Camera> cameras) {
+  constexpr double kSame = 1e-9, kSame_px = 1e-3;
+  const Camera typical = typical_camera(avatar);
+  const auto in_place = [&](const Camera& c) {
+    return c.cam_from_world.isApprox(typical.cam_from_world, kSame);
+  };
+  const auto zoomed = [&](const Camera& c) {
+    const Intrinsics own = with_width(c, typical.intrinsics.width).intrinsics, &rest = typical.intrinsics;
+    return std::abs(own.fx - rest.fx) > kSame_px || std::abs(own.cx - rest.cx) > kSame_px ||
+           std::abs(own.cy - rest.cy) > kSame_px;
+  };
+  return std::ranges::all_of(cameras, in_place) && std::ranges::any_of(cameras, zoomed);
+}
+
+Result<Ground> open_ground(const Avatar& avatar, const std::string& background,
+                           std::span<const Camera> cameras, const Intrinsics& picture) {
   Ground ground;
   if (background == "plate" && avatar.mosaic) {
     ground.mosaic = &*avatar.mosaic;
+  } else if (background == "plate" && zooms_in_place(avatar, cameras)) {
+    ground.plate = Mosaic{avatar.plate, {}, with_width(typical_camera(avatar), avatar.plate.width)};
   } else if (background == "plate") {
     const bool same = avatar.plate.width == picture.width && avatar.plate.height == picture.height;
     ground.picture = same ? avatar.plate : resize(avatar.plate, picture.width, picture.height);
@@ -100,11 +124,8 @@ Result<Ground> open_ground(const Avatar& avatar, const std::string& background, 
 Image8 over(const Ground& ground, const Image& rgba, const Camera& camera, RenderQuality quality) {
   if (ground.room) return to_bytes(composite(rgba, room_picture(*ground.room, camera, quality)));
   if (ground.mosaic) return to_bytes(composite(rgba, mosaic_seen_by(*ground.mosaic, camera)));
+  if (ground.plate) return to_bytes(composite(rgba, mosaic_seen_by(*ground.plate, camera)));
   return to_bytes(composite(rgba, ground.picture, ground.colour));
-}
-
-Camera with_width(const Camera& camera, int width) {
-  return width > 0 && width != camera.intrinsics.width ? resized(camera, width) : camera;
 }
 
 std::string chosen_background(const Avatar& avatar, const FilmOptions& options) {
@@ -203,6 +224,14 @@ Image8 straight_alpha(Image rgba) {
   return to_bytes(rgba);
 }
 
+// As it is written, but for what is beside it.
+Image8 finished(const Ground& ground, Image rgba, const Camera& camera, const FilmOptions& options) {
+  Image8 shown =
+      options.alpha ? straight_alpha(std::move(rgba)) : over(ground, rgba, camera, options.quality);
+  if (options.mark) draw_mark(shown);
+  return shown;
+}
+
 // The left picture is cut or padded in black to the right one's height, about its middle.
 Image8 side_by_side(const Image8& left, const Image8& right) {
   Image8 both(left.width + right.width, right.height, 3);
@@ -221,7 +250,9 @@ Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::
   std::error_code failure;
   const fs::path absolute = fs::absolute(opened.project.folder, failure).lexically_normal();
   const fs::path folder = absolute.has_filename() ? absolute : absolute.parent_path();
-  return provenance(folder.stem().string(), opened.avatar_hash, made_at);
+  Provenance made = provenance(folder.stem().string(), opened.avatar_hash, made_at);
+  made.consent = consent_name(opened.project.consent);
+  return made;
 }
 
 double frame_time_s(const FilmOptions& options, std::size_t frame) {
@@ -275,14 +306,28 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::siz
   return colour ? Result<void>{} : Result<void>(colour.error());
 }
 
+Result<Image8> film_picture(const Avatar& avatar, const AvatarRig& rig, const Camera& camera,
+                            const AvatarPose& pose, const FilmOptions& options) {
+  const Camera seen = with_width(camera, options.width);
+  if (const auto checked = check_film(avatar, seen.intrinsics, 1, options); !checked) return checked.error();
+  const auto ground = options.alpha ? Result<Ground>(Ground{})
+                                    : open_ground(avatar, chosen_background(avatar, options),
+                                                  std::span(&camera, 1), seen.intrinsics);
+  if (!ground) return ground.error();
+  return finished(*ground,
+                  render_frame(avatar, seen, pose_avatar(rig, pose), render_options(options.quality)).rgba,
+                  seen, options);
+}
+
 Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
                        const Progress& progress, std::stop_token stop) {
   const Avatar& avatar = opened.avatar;
   const Intrinsics picture = with_width(film.cameras.front(), options.width).intrinsics;
   const std::size_t frames = film.cameras.size();
   if (const auto checked = check_film(avatar, picture, frames, options); !checked) return checked.error();
-  const auto ground = options.alpha ? Result<Ground>(Ground{})
-                                    : open_ground(avatar, chosen_background(avatar, options), picture);
+  const auto ground = options.alpha
+                          ? Result<Ground>(Ground{})
+                          : open_ground(avatar, chosen_background(avatar, options), film.cameras, picture);
   if (!ground) return ground.error();
   const auto rig = make_rig(avatar, opened.model);
   if (!rig) return rig.error();
@@ -295,12 +340,10 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(i) / double(frames), fmt::format("frame {} of {}", i + 1, frames));
     const Camera camera = with_width(film.cameras[i], options.width);
-    const auto frame =
+    auto frame =
         (*renderer)->render(camera, pose_avatar(*rig, film.poses[i]), render_options(options.quality));
     if (!frame) return frame.error();
-    Image8 shown =
-        options.alpha ? straight_alpha(frame->rgba) : over(*ground, frame->rgba, camera, options.quality);
-    if (options.mark) draw_mark(shown);
+    Image8 shown = finished(*ground, std::move(frame->rgba), camera, options);
     if (options.beside_width > 0) {
       const auto left = options.beside(i);
       if (!left) return left.error();

@@ -15,6 +15,7 @@
 #include "core/project/open_avatar.h"
 #include "core/render/backend.h"
 #include "core/render/film.h"
+#include "core/render/pose_avatar.h"
 #include "core/render/render.h"
 
 namespace likeness {
@@ -24,10 +25,10 @@ Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::
 
 struct FilmOptions {
   std::filesystem::path out;  // .mp4, .png, or a folder
-  // "plate": the background as the resting camera saw it; of a hand-held one, what the film's camera sees of
-  // it. "room": the surroundings as a moving camera taught them, seen from each frame's camera. A colour such
-  // as #e8e8e8, or a picture file. Empty: if the film's camera rests, the plate, or else the room; otherwise
-  // a light grey.
+  // "plate": the background as the resting camera saw it, and what a camera that zooms or shifts there sees
+  // of it; of a hand-held one, what the film's camera sees of it. "room": the surroundings as a moving camera
+  // taught them, seen from each frame's camera. A colour such as #e8e8e8, or a picture file. Empty: if the
+  // film's camera rests, the plate, or else the room; otherwise a light grey.
   std::string background;
   bool camera_rests = true;
   int width = 0;  // px of every picture; 0 = as the film's cameras have it
@@ -49,6 +50,10 @@ double frame_time_s(const FilmOptions& options, std::size_t frame);
 // long work.
 Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
                         const FilmOptions& options);
+
+// One picture of a film as it would be written, but for what is beside it; on the processor.
+Result<Image8> film_picture(const Avatar& avatar, const AvatarRig& rig, const Camera& camera,
+                            const AvatarPose& pose, const FilmOptions& options);
 
 // Number of frames written. A folder of pictures that stand at times of their own has a list of them,
 // pictures.ffconcat, too: ffmpeg -f concat reads it.

@@ -177,6 +177,8 @@ std::string deletion_words(const DeletedPerson& deleted) {
     words += fmt::format(" Of {} only the links were removed, not what they lead to.",
                          fmt::join(deleted.links, ", "));
   if (!deleted.kept.empty()) words += fmt::format(" Kept: {}.", fmt::join(deleted.kept, ", "));
+  for (const fs::path& clip : deleted.clips)
+    words += fmt::format(" The clip stays, delete it yourself if it should go: {}.", clip.string());
   if (!deleted.kept.empty() && !deleted.clip_known)
     words +=
         " The project no longer said which film is the clip, so folders with films in them were kept: look "
@@ -202,6 +204,8 @@ Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
   going.push_back(folder / "project.json");
   DeletedPerson deleted;
   deleted.clip_known = guard->known;
+  for (const fs::path& clip : guard->clips)
+    if (path_exists(clip)) deleted.clips.push_back(clip);
   // If the folder of further clips may hold the film, only what was made from those clips is deleted.
   const fs::path further = folder / "clips";
   if (std::ranges::find(going, further) == going.end() && !is_link(further))
@@ -220,7 +224,7 @@ Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
     if (failure) return file_error(path, "remove", failure.value());
     deleted.bytes += bytes == std::uint64_t(-1) ? 0 : bytes;
   }
-  fs::remove(folder / ".lock", failure);
+  for (const char* name : {kWorkLock, kWindowLock}) fs::remove(folder / name, failure);
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure))
     deleted.kept.push_back(it->path().filename().string());
   failure.clear();

@@ -37,8 +37,9 @@ Result<void> check_rest_frames(const Capture& capture, const std::vector<int>& f
 struct DeletedPerson {
   std::uint64_t bytes = 0;
   bool folder_gone = false;
-  std::vector<std::string> links;  // names that were links; what they lead to is as it was
-  std::vector<std::string> kept;   // names in the folder that are none of Likeness's, or were to be kept
+  std::vector<std::string> links;            // names that were links; what they lead to is as it was
+  std::vector<std::filesystem::path> clips;  // the person's films, which stay where they are
+  std::vector<std::string> kept;  // names in the folder that are none of Likeness's, or were to be kept
   // False: the project was damaged and no longer tells which film is the clip. Folders with films in them
   // were kept, exports among them.
   bool clip_known = true;

@@ -41,6 +41,7 @@ constexpr std::string_view kNames[] = {"frames",
                                        "avatar.bin",
                                        "room.bin",
                                        "training_curve.json",
+                                       "check.json",
                                        "diagnostics.txt",
                                        "project.damaged.json",
                                        "track_first.json",
@@ -63,6 +64,8 @@ bool is_project_name(const std::string& name) {
   static const std::regex changed(R"(\.changed(-\d+)?(?=\.))");
   return std::ranges::find(kNames, std::regex_replace(name, changed, "")) != std::end(kNames);
 }
+
+bool is_lock_name(const std::string& name) { return name == kWorkLock || name == kWindowLock; }
 
 bool is_performance(const std::string& name) {
   return name.starts_with("performance") && name.ends_with(".json");
@@ -88,7 +91,7 @@ std::optional<fs::path> link_within(const fs::path& folder, bool deep) {
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
     const std::string name = it->path().filename().string();
     const bool own = is_project_name(name) || is_performance(name) || is_corrections_folder(name) ||
-                     is_attributes_file(name) || name == ".lock";
+                     is_attributes_file(name) || is_lock_name(name);
     if (!own) continue;
     if (it->is_symlink(failure)) return it->path();
     // Nothing is written into a comparison but by a study, which shares the project's own files there.

@@ -12,6 +12,10 @@
 namespace likeness {
 
 inline constexpr const char* kComparisonFolder = "comparison";
+// Held while somebody works on the project, and while a window shows it (core/project/window_lock.h).
+inline constexpr const char* kWorkLock = ".lock";
+inline constexpr const char* kWindowLock = ".window";
+bool is_lock_name(const std::string& name);
 
 // Apart from performances and what was painted.
 bool is_project_name(const std::string& name);

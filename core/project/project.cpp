@@ -15,9 +15,11 @@
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
+#include "core/project/consent.h"
 #include "core/project/option_table.h"
 #include "core/project/options_json.h"
 #include "core/project/own_names.h"
+#include "core/project/private_folder.h"
 
 namespace likeness {
 
@@ -162,12 +164,14 @@ bool holds_other_files(const fs::path& folder) {
   std::error_code failure;
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
     const std::string name = it->path().filename().string();
-    if (name != ".lock" && !(name.starts_with(".project.") && name.ends_with(".part.json"))) return true;
+    if (!is_lock_name(name) && !(name.starts_with(".project.") && name.ends_with(".part.json"))) return true;
   }
   return false;
 }
 
 }  // namespace
+
+std::string_view consent_name(Consent consent) { return kConsentNames[std::size_t(consent)]; }
 
 Result<Project> open_or_create_project(const fs::path& folder, const ProjectOptions& options) {
   Project project;
@@ -179,7 +183,7 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
     return Error{ErrorCode::bad_input,
                  fmt::format("The folder {} holds other files and no project.json.", folder.string()),
                  "Name a new or empty folder for the project.", folder.string()};
-  if (const auto writable = make_writable_folder(folder); !writable) return writable.error();
+  if (const auto writable = make_project_folder(folder); !writable) return writable.error();
   // Another process working on the project writes project.json, too: take the lock, then read the newest one.
   const auto lock = ProjectLock::acquire(project);
   if (!lock) return lock.error();
@@ -203,7 +207,7 @@ Result<void> save_project(const Project& project) {
   for (const Stage stage : kStages) stages[std::string(stage_name(stage))] = to_json(project.record(stage));
   json j{{"version", kProjectVersion},
          {"program", "Likeness"},
-         {"consent", kConsentNames[std::size_t(project.consent)]},
+         {"consent", consent_name(project.consent)},
          {"options", options_to_json(project.options)},
          {"stages", stages}};
   if (!project.further_clips.empty()) j["further_clips"] = project.further_clips;
@@ -221,8 +225,8 @@ Result<Project> change_project(const fs::path& folder, const std::function<void(
 }
 
 Result<ProjectLock> ProjectLock::acquire(const Project& project, Links links) {
-  const fs::path path = project.folder / ".lock";
-  const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
+  const fs::path path = project.folder / kWorkLock;
+  const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
   if (const int failed = errno; fd < 0) {
     if (failed == ELOOP)
       if (auto own = check_no_links(project.folder, false); !own) return own.error();

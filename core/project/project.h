@@ -7,6 +7,7 @@
 //                    decoded/ (what import found for align and fit: core/project/kept_decoding.h)
 //                    corrections/ (strokes painted on masks: core/project/corrections.h)
 //                    checkpoint.bin avatar.bin training_curve.json
+//                    check.json (the capture check's verdict: core/check/checked_clip.h)
 //                    clips/2 clips/3 ... (further clips of the person: core/project/further_clips.h)
 //
 // Only this library knows about the folder; the stages are free functions from files to files.
@@ -47,10 +48,9 @@ struct StageRecord {
   std::string pictures_hash{};
 };
 
-// Whether the filmed person agreed to an avatar of themselves. Asked when a clip is first imported in the
-// studio.
+// Whether the filmed person agreed to an avatar of themselves. Asked before anything is made of a clip.
 enum class Consent {
-  not_asked,      // of projects made on the command line
+  not_asked,      // nor answered: a program made the project, and nobody was there to ask
   own,            // the person who answered is the one in the clip
   given,          // somebody else, who agreed
   no_real_person  // the built-in demo

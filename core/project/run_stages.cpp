@@ -14,6 +14,7 @@
 #include "core/base/files.h"
 #include "core/project/care.h"
 #include "core/project/further_clips.h"
+#include "core/project/private_folder.h"
 #include "core/project/stage_inputs.h"
 #include "core/project/stage_results.h"
 #include "core/project/stage_run.h"
@@ -96,6 +97,7 @@ Result<void> run_one(Project& project, Stage stage, const Progress& progress, co
         fmt::join(*changed_results, ", ")));
   if (retouched && record.input_hash == before.input_hash)
     record.warnings.push_back("Pictures of an earlier run had been altered since, and were made again.");
+  keep_private(project.folder);
   if (outcome) {
     record.state = StageState::done;
     record.results = stage_results(project, stage);

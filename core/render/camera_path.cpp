@@ -57,13 +57,14 @@ std::vector<double> steady_times(int frames, double frames_per_second) {
   return times_s;
 }
 
-std::vector<double> orbit_yaws(std::span<const double> times_s, double amplitude) {
+std::vector<double> orbit_yaws(std::span<const double> times_s, double low, double high) {
   LIKENESS_CHECK(!times_s.empty(), "an orbit without frames");
   const double length_s = times_s.back() - times_s.front();
   std::vector<double> yaws;
   for (const double time_s : times_s) {
     const double share = length_s > 0 ? (time_s - times_s.front()) / length_s : 0;
-    yaws.push_back(amplitude * std::sin(2 * std::numbers::pi * share));
+    const double wave = std::sin(2 * std::numbers::pi * share);
+    yaws.push_back(wave * (wave < 0 ? -low : high));
   }
   return yaws;
 }

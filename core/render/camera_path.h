@@ -27,8 +27,9 @@ Pose turned_head(const Pose& world_from_head, const Vec3d& pivot_in_head, double
 // Of so many frames at a steady rate, the first one's 0; a rate of 0 counts as 25 a second.
 std::vector<double> steady_times(int frames, double frames_per_second);
 
-// One sine period of yaw from the first time to the last, starting and ending straight ahead; one a time.
-std::vector<double> orbit_yaws(std::span<const double> times_s, double amplitude);
+// One sine period of yaw from the first time to the last, starting and ending straight ahead, as far as
+// `high` and then `low`; one a time. low <= 0 <= high.
+std::vector<double> orbit_yaws(std::span<const double> times_s, double low, double high);
 
 // `neutral` plus the named actions at the given values (0 none, 1 full). Unknown names are an Error that
 // lists the known ones.

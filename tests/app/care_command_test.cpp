@@ -46,6 +46,20 @@ TEST_F(CareCommand, ADeletionIsMeantOrNothingHappens) {
   EXPECT_EQ(likeness({"delete", project(), "--yes"}).exit_code, 1);
 }
 
+// An answer is kept whatever becomes of the run.
+TEST_F(CareCommand, WhetherThePersonAgreedIsAnsweredByAnOption) {
+  const auto kept = [&] { return open_project(project_.folder())->consent; };
+  ASSERT_EQ(kept(), Consent::not_asked);
+  EXPECT_EQ(likeness({"train", project(), "--consent", "perhaps"}).exit_code, 2);
+  (void)likeness({"train", project(), "--consent", "given"});
+  EXPECT_EQ(kept(), Consent::given);
+  const fs::path another = project_.root / "another.likeness";
+  (void)likeness({"import", clip_.string(), "--project", another.string(), "--consent", "self"});
+  EXPECT_FALSE(fs::exists(another)) << "a first import without a face leaves nothing";
+  (void)likeness({"import", clip_.string(), "--project", project(), "--consent", "self"});
+  EXPECT_EQ(kept(), Consent::own);
+}
+
 TEST_F(CareCommand, ADamagedProjectIsRepairedAndDeleted) {
   const auto damage = [&] {
     ASSERT_TRUE(write_text(project_.folder() / "project.json", "{\"program\": \"Likeness\", \"x").ok());

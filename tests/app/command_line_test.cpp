@@ -1,5 +1,6 @@
 // Claims about the command line that need no clip: usage, doctor, and what bad input is told.
 #include <gtest/gtest.h>
+#include <pty.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/mount.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <thread>
 #include <utility>
@@ -470,6 +472,44 @@ TEST_F(CommandLine, RemovedVerbsAndOptionsSayWhatToWriteNow) {
       {"sh", "-c", "cd \"$1\" && exec \"$2\" study gains --out x", "sh", folder_.string(), likeness_path()});
   EXPECT_EQ(named.exit_code, 1) << named.err;
   EXPECT_EQ((named.out + named.err).find("was removed"), std::string::npos) << named.err;
+}
+
+// On a terminal, and only there, it is asked first; whoever says no, or nothing, makes nothing.
+TEST_F(CommandLine, ATerminalIsAskedWhetherThePersonAgreed) {
+  const std::string clip = write_clip("a.mp4", 5).string(), project = (folder_ / "p.likeness").string();
+  const auto at_terminal = [&](const char* answer, const std::vector<std::string>& arguments) {
+    int terminal = -1;
+    const pid_t child = ::forkpty(&terminal, nullptr, nullptr, nullptr);
+    if (child == 0) {
+      std::vector<std::string> words = arguments;
+      words.insert(words.begin(), likeness_path());
+      std::vector<char*> raw;
+      for (std::string& word : words) raw.push_back(word.data());
+      raw.push_back(nullptr);
+      ::execv(raw[0], raw.data());
+      ::_exit(127);
+    }
+    std::string said;
+    char part[512];
+    bool answered = false;
+    for (ssize_t got; (got = ::read(terminal, part, sizeof part)) > 0;) {
+      said.append(part, std::size_t(got));
+      if (answered || said.find("anything else: no") == std::string::npos) continue;
+      answered = ::write(terminal, answer, std::strlen(answer)) > 0;
+    }
+    ::close(terminal);
+    return std::pair(wait_program(child), said);
+  };
+  const auto [refused, words] = at_terminal("\n", {"build", clip, "--project", project});
+  EXPECT_EQ(refused, 1) << words;
+  EXPECT_NE(words.find("Did the filmed person agree?"), std::string::npos) << words;
+  EXPECT_FALSE(fs::exists(project));
+  const auto [agreed, further] = at_terminal("g\n", {"build", clip, "--project", project});
+  EXPECT_NE(further.find("5 frames"), std::string::npos) << "it went on: " << further;
+  const auto [told, unasked] = at_terminal("", {"build", clip, "--project", project, "--consent", "self"});
+  EXPECT_EQ(unasked.find("Did the filmed person agree?"), std::string::npos) << unasked;
+  EXPECT_EQ(at_terminal("no\n", {"record", (folder_ / "b.mp4").string()}).first, 1);
+  EXPECT_FALSE(fs::exists(folder_ / "b.mp4"));
 }
 
 TEST_F(CommandLine, RecordNeedsANameAndAWebcam) {

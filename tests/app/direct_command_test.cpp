@@ -277,6 +277,7 @@ TEST_F(DirectCommand, TheCardSaysTheSameInWordsAndInJson) {
   EXPECT_EQ(card.at("holds").at("yaw"), json({-17, 17}));
   EXPECT_NEAR(card.at("holds").at("actions").at("jawOpen").get<double>(), 0.6, 1e-6);
   EXPECT_EQ(card.at("holds_gaps").size(), 3u);
+  EXPECT_EQ(card.at("consent"), "not_asked");
   EXPECT_EQ(card.at("frames").at("lost"), 25);
   EXPECT_EQ(card.at("frames").at("trained"), 95);
   EXPECT_GT(card.at("seen_from_deg").at("yaw").at(1).get<double>(), 20);
@@ -287,6 +288,7 @@ TEST_F(DirectCommand, TheCardSaysTheSameInWordsAndInJson) {
   EXPECT_THAT(printed.out, HasSubstr("It holds from 17 degrees on the person's right to 17 on the left"));
   EXPECT_THAT(printed.out, HasSubstr("Never seen: "));
   EXPECT_THAT(printed.out, HasSubstr("25 lost"));
+  EXPECT_THAT(printed.out, HasSubstr("Whether the filmed person agreed was never answered"));
 }
 
 TEST_F(DirectCommand, TheCardOfAnUntrainedFolderSaysWhatIsMissing) {

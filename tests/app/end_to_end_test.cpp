@@ -34,6 +34,9 @@ class EndToEnd : public testing::Test {
     std::string name = (fs::temp_directory_path() / "likeness_e2e_XXXXXX").string();
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     folder_ = name;
+#ifndef __SANITIZE_ADDRESS__  // which must be loaded first
+    watch_calls(folder_ / "calls");
+#endif
     const ProgramResult demo = likeness({"demo", (folder_ / "demo").string(), "--size", "320", "--frames",
                                          "32", "--moving-share", "0", "--samples", "1"});
     ASSERT_EQ(demo.exit_code, 0) << demo.err;
@@ -590,6 +593,18 @@ TEST_F(EndToEnd, AnInterruptIsAStopNotAFailure) {
   ::kill(child, SIGINT);
   EXPECT_EQ(wait_program(child), 130);
   EXPECT_TRUE(fs::exists(project / "capture.json"));
+}
+
+// The last of them: nothing that was started above, nor what that started, turned to a network.
+TEST_F(EndToEnd, NobodyIsCalledOverANetwork) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer must be loaded before what would watch";
+#endif
+  EXPECT_EQ(text_of(folder_ / "calls"), "");
+  const ProgramResult caller = run_program({"bash", "-c", "exec 3<>/dev/tcp/127.0.0.1/9"});
+  if (caller.exit_code != 127) {
+    EXPECT_NE(text_of(folder_ / "calls"), "") << "nobody watches";
+  }
 }
 
 }  // namespace

@@ -59,6 +59,11 @@ ProgramResult run_program(const std::vector<std::string>& command) {
 
 std::string likeness_path() { return std::string(LIKENESS_BIN) + "/likeness"; }
 
+void watch_calls(const fs::path& file) {
+  ::setenv("LIKENESS_CALLS", file.c_str(), 1);
+  ::setenv("LD_PRELOAD", LIKENESS_WATCH_CONNECT, 1);
+}
+
 ProgramResult likeness(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), likeness_path());
   return run_program(arguments);

@@ -25,4 +25,8 @@ int wait_program(pid_t child);
 ProgramResult likeness(std::vector<std::string> arguments);
 std::string likeness_path();
 
+// From now on, whatever this process starts writes down in this file where it turns to a network
+// (watch_connect.cpp).
+void watch_calls(const std::filesystem::path& file);
+
 }  // namespace likeness::test

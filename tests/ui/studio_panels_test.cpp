@@ -616,7 +616,7 @@ TEST_F(Panels, TheVerdictOnAClipIsShownBeforeItIsImportedAndAfter) {
     s.situation.consent = s.situation.can_check = true;
     s.project.checking.state = JobState::done;
     s.project.verdict = std::make_shared<const CaptureVerdict>(bad_clip());
-    add_verdict(s.project.checking, s.project.verdict.get(), s.steps[std::size_t(Step::check)]);
+    add_verdict(s.project.checking, s.project.verdict.get(), s.steps);
     settled(s);
     keep_shot(fmt::format("verdict_{}", kLookWords[std::size_t(look)]));
     Requests asked;
@@ -636,6 +636,42 @@ TEST_F(Panels, TheVerdictOnAClipIsShownBeforeItIsImportedAndAfter) {
       frame = requests.project.check_frame;
   });
   EXPECT_EQ(frame, 9);  // the first at 0.3 s
+}
+
+TEST_F(Panels, OfAClipThatWillMakeNoGoodAvatarAnotherOneIsTheMainButton) {
+  Snapshot s = snapshot_of(Step::film, Look::empty);
+  auto contents = std::make_shared<ProjectContents>(*s.project.contents);
+  contents->project.consent = Consent::own;
+  s.project.contents = contents;
+  s.situation.consent = s.situation.film_again = true;
+  CaptureVerdict verdict = bad_clip();
+  const auto shown = [&](const char* shot) {
+    s.project.verdict = std::make_shared<const CaptureVerdict>(verdict);
+    s.steps = view_steps(contents.get(), false, {}, {}, {});
+    add_verdict({}, &verdict, s.steps);
+    const Image8 screen = settled(s);
+    keep_shot(shot);
+    return screen;
+  };
+  const Image8 screen = shown("film_again");
+  const auto blue = [&](const char* widget) {
+    return test::ink_share(screen, noted_widgets().at(widget), theme().colours.accent);
+  };
+  EXPECT_GT(blue("Open another clip"), 0.4);
+  EXPECT_LT(blue("Make it anyway"), 0.1);
+  for (const auto& [widget, command] : {std::pair("Open another clip", Command::open_clip),
+                                        std::pair("Make it anyway", Command::make_avatar)}) {
+    Requests asked;
+    test::click(widget, [&] {
+      const Requests requests = draw_frame(s);
+      asked.commands.insert(asked.commands.end(), requests.commands.begin(), requests.commands.end());
+    });
+    EXPECT_EQ(asked.commands, std::vector{command}) << widget;
+  }
+  verdict.faceless = s.situation.faceless = true;
+  (void)shown("film_faceless");
+  EXPECT_FALSE(noted_widgets().contains("Make it anyway"));
+  EXPECT_FALSE(is_enabled(Command::make_avatar, s.situation));
 }
 
 // Two of them that stand side by side, or one below the other, with room between.
@@ -714,19 +750,20 @@ TEST_F(Panels, WhatTheCameraDoesIsSaidAndChosenByAClick) {
 TEST_F(Panels, WithoutABackgroundTheTrainingShowsThePersonsFigures) {
   const Snapshot whole = snapshot_of(Step::train, Look::running);
   const Image8 before = settled(whole);
-  for (const int scale : {100, 200}) {
+  // The background was learnt badly, or - a white wall, a walking camera - not at all.
+  for (const auto& [scale, badly] : {std::pair(100, true), std::pair(200, true), std::pair(100, false)}) {
     Snapshot s = snapshot_of(Step::train, Look::running);
     s.settings.scale_percent = scale;
     auto contents = std::make_shared<ProjectContents>(*s.project.contents);
     MatteReport report;
     report.room = BackgroundFit{20, true, 5.4, 12.8};
-    contents->background_fault = background_fault(report);
+    if (badly) contents->background_fault = background_fault(report);
     s.project.contents = contents;
     auto pictures = std::make_shared<PreviewPictures>(*s.project.pipeline.preview);
     pictures->psnr_db = 24.3, pictures->of_person = true, pictures->head_db = 26.1, pictures->face_db = 27.4;
     s.project.pipeline.preview = pictures;
     const Image8 screen = settled(s);
-    keep_shot(fmt::format("train_person_{}", scale));
+    keep_shot(fmt::format("train_person_{}{}", scale, badly ? "" : "_unknown"));
     if (scale == 100) {
       EXPECT_GT(test::ink_share(screen, test::panel_of(screen), theme().colours.warn), 1e-4);
     }
@@ -1252,7 +1289,8 @@ TEST_F(Panels, TheExportPanelAsksForWhatItsKindNeeds) {
     EXPECT_EQ(noted_widgets().contains("Choose a clip..."), kind == ExportKind::driven);
     EXPECT_EQ(noted_widgets().contains("Choose a picture..."), kind == ExportKind::driven);
     EXPECT_EQ(noted_widgets().contains("##colour"), kind == ExportKind::still);
-    EXPECT_EQ(noted_widgets().contains("##orbit angle"), kind == ExportKind::orbit);
+    EXPECT_FALSE(noted_widgets().contains("##orbit angle")) << "as far as it holds";
+    EXPECT_EQ(noted_widgets().contains("My own"), kind == ExportKind::orbit);
     EXPECT_EQ(noted_widgets().contains("Choose a performance..."),
               kind == ExportKind::performance || kind == ExportKind::mesh);
     EXPECT_EQ(noted_widgets().contains("glTF (.glb)"), kind == ExportKind::mesh);

@@ -1,5 +1,7 @@
 // The whole path in a real window, by clicks alone: from the start screen to an exported picture.
 #include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 
@@ -28,6 +30,8 @@ class StudioPath : public test::DrivenStudio {
 };
 
 TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
+  const fs::path calls = folder_ / "calls";
+  ::setenv("LIKENESS_CALLS", calls.c_str(), 1);
   test::keep_shot("path_0_start");
   click("Try the demo");
   ASSERT_TRUE(until(300, [](const Snapshot& s) { return s.project.contents != nullptr; }))
@@ -188,6 +192,10 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   EXPECT_GT(liveliness("training curve"), 5);
   click("step Export");
 
+  // What the look at the clip found is kept, and not found anew at each opening.
+  ASSERT_TRUE(until(60, [](const Snapshot& s) { return !is_working(s.project.checking); }));
+  EXPECT_TRUE(fs::exists(folder_ / "projects" / "demo.likeness" / "check.json"));
+
   // Started again, the project is among the recent ones and opens where it can be directed.
   start();
   click("recent demo.likeness");
@@ -222,6 +230,10 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   EXPECT_FALSE(fs::exists(folder));
   EXPECT_TRUE(fs::exists(clip));
   EXPECT_TRUE(studio_->snapshot().settings.recent.empty());
+  // In all of that nobody was called over a network (tests/support/watch_connect.cpp).
+  EXPECT_FALSE(fs::exists(calls)) << *read_text(calls);
+  (void)::socket(AF_INET, SOCK_STREAM, 0);
+  EXPECT_TRUE(fs::exists(calls)) << "nobody watches";
 }
 
 TEST_F(StudioPath, AFileThatIsNotAVideoIsRefusedWithARemedy) {

@@ -32,10 +32,6 @@ const char* fate(const CaptureFrame& frame) {
   return frame.used ? "trains" : frame.held_out ? "held out for measuring" : "refused";
 }
 
-Tone tone_of(Verdict verdict) {
-  return verdict == Verdict::ready ? Tone::good : verdict == Verdict::usable ? Tone::warn : Tone::bad;
-}
-
 // What the camera does, by the user's word: what --camera-kind says on the command line.
 void draw_camera_choice(const Snapshot& snapshot, Requests& requests) {
   constexpr std::pair<const char*, std::optional<CameraKind>> kKinds[] = {
@@ -97,8 +93,7 @@ void draw_verdict(const Snapshot& snapshot, Requests& requests) {
     note("check failed", Tone::bad, snapshot.project.checking.error->what,
          snapshot.project.checking.error->fix);
   if (snapshot.project.verdict) {
-    note("verdict", tone_of(snapshot.project.verdict->verdict),
-         std::string(verdict_words(snapshot.project.verdict->verdict)));
+    draw_verdict_note(*snapshot.project.verdict);
     int number = 0;
     for (const Remark& remark : snapshot.project.verdict->remarks) {
       ImGui::PushID(number++);

@@ -59,12 +59,26 @@ void chosen_file(const char* button, const std::filesystem::path& file, const ch
   if (!file.empty()) tooltip(file.string());
 }
 
-void draw_orbit_choices(ExportChoice& asked) {
+void draw_orbit_choices(const ProjectAvatar& avatar, ExportChoice& asked) {
   const float width = std::max(px(120), ImGui::GetContentRegionAvail().x - px(kLabel) - px(8));
-  row_label("To each side");
-  float angle = float(asked.half_angle_deg), seconds = float(asked.seconds);
-  if (slider("##orbit angle", &angle, {.low = 5, .high = kOrbitLimit_deg, .rest = 25}, "%.0f\u00b0", width))
-    asked.half_angle_deg = std::round(angle);
+  constexpr float kOwnAngle_deg = 25;
+  const ValueRange whole = orbit_of(avatar);
+  choice_label("How far", px(kLabel));
+  const std::string words = fmt::format("{:.0f}\u00b0 and {:.0f}\u00b0", -whole.low, whole.high);
+  if (choice(words.c_str(), !asked.half_angle_deg)) asked.half_angle_deg.reset();
+  if (next_choice("My own", asked.half_angle_deg.has_value()) && !asked.half_angle_deg)
+    asked.half_angle_deg = kOwnAngle_deg;
+  if (!asked.half_angle_deg)
+    faint_text(limits_hold(avatar.avatar, "camera yaw") ? "As far as the avatar holds."
+                                                        : "About as far as the clip shows.");
+  if (asked.half_angle_deg) {
+    row_label("To each side");
+    float angle = float(*asked.half_angle_deg);
+    if (slider("##orbit angle", &angle, {.low = 5, .high = kOrbitLimit_deg, .rest = kOwnAngle_deg},
+               "%.0f\u00b0", width))
+      asked.half_angle_deg = std::round(angle);
+  }
+  float seconds = float(asked.seconds);
   row_label("Length");
   if (slider("##orbit length", &seconds, {.low = 0.4f, .high = 20, .rest = 4}, "%.1f s", width))
     asked.seconds = std::round(10 * seconds) / 10;
@@ -79,7 +93,7 @@ void draw_kinds(const Snapshot& snapshot, ExportChoice& asked, Requests& request
   ImGui::Dummy({0, px(2)});
   const bool performs =
       asked.kind == ExportKind::performance || (asked.kind == ExportKind::mesh && asked.moving);
-  if (asked.kind == ExportKind::orbit) draw_orbit_choices(asked);
+  if (asked.kind == ExportKind::orbit) draw_orbit_choices(*snapshot.project.contents->avatar, asked);
   if (asked.kind == ExportKind::mesh) {
     choice_label("Moves", px(kLabel));
     if (choice("No, as posed", !asked.moving)) asked.moving = false;
@@ -101,7 +115,11 @@ void draw_kinds(const Snapshot& snapshot, ExportChoice& asked, Requests& request
     if (next_choice("The driver", asked.side_by_side)) asked.side_by_side = true;
     ImGui::EndDisabled();
   }
-  (void)snapshot;
+}
+
+DirectedScene scene_of(const Snapshot& snapshot) {
+  const DirectingView& directing = snapshot.direct.directing;
+  return directed_scene(*directing.performance, directing.view);
 }
 
 void draw_background(const Snapshot& snapshot, ExportChoice& asked, Requests& requests) {
@@ -109,20 +127,20 @@ void draw_background(const Snapshot& snapshot, ExportChoice& asked, Requests& re
     if (first ? choice(words, asked.ground == of) : next_choice(words, asked.ground == of)) asked.ground = of;
   };
   choice_label("Background", px(kLabel));
-  ground("Light", ExportGround::light, true);
+  const bool room = room_possible(asked, scene_of(snapshot), snapshot.project.contents->avatar->avatar);
+  ImGui::BeginDisabled(!room);
+  ground("The filmed room", ExportGround::room, true);
+  ImGui::EndDisabled();
+  if (!room)
+    tooltip(
+        "The room is known only from where the camera stood: not for an orbit, nor for a turned or nearer "
+        "view. "
+        "A clip that begins with a walk round the head shows it from everywhere.");
+  ground("Light", ExportGround::light);
   ground("Dark", ExportGround::dark);
   ground("A colour", ExportGround::colour);
   ground("A picture", ExportGround::picture);
   ground("Transparent", ExportGround::transparent);
-  const bool room =
-      room_possible(asked, snapshot.direct.directing.view, snapshot.project.contents->avatar->avatar);
-  ImGui::BeginDisabled(!room);
-  ground("The filmed room", ExportGround::room);
-  ImGui::EndDisabled();
-  if (!room)
-    tooltip(
-        "The room is known only from where the camera stood: not for an orbit, nor for a turned or zoomed "
-        "view. A clip that begins with a walk round the head shows it from everywhere.");
   if (asked.ground == ExportGround::colour) {
     row_label("");
     ImGui::SetNextItemWidth(px(230));
@@ -276,6 +294,20 @@ void draw_queue(const Snapshot& snapshot, Requests& requests) {
   faint_text("Files are in " + (snapshot.project.contents->project.folder / "exports").string());
 }
 
+// What is exported begins like this.
+void draw_first(const Snapshot& snapshot, Views& views, ImVec2 size) {
+  const FramePicture& first = snapshot.exports.first;
+  views.first.follow(first);
+  begin_card("first", size);
+  strong_text("The first picture");
+  if (first.image && !views.first.texture.empty()) {
+    draw_picture("first picture", views.first.texture, ImGui::GetContentRegionAvail());
+  } else {
+    draw_nothing_yet(first.missing.empty() ? "Rendering\u2026" : first.missing.c_str());
+  }
+  end_card();
+}
+
 // What must be chosen before the export; empty: nothing.
 std::string missing_words(const ExportChoice& choice, const Performance& directed) {
   if (choice.kind == ExportKind::driven && choice.clip.empty())
@@ -316,7 +348,9 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
   // Nothing scrolls inside what scrolls: the cards are then as high as what is in them.
   const float both = std::max(views.export_what, views.export_how), gap = px(16);
   const float tall = low ? both : std::max(px(200), std::min(px(364), 0.6f * area.y));
-  ExportChoice asked = snapshot.exports.choice;
+  const Avatar& avatar = snapshot.project.contents->avatar->avatar;
+  const ExportChoice shown = settled(snapshot.exports.choice, scene_of(snapshot), avatar);
+  ExportChoice asked = shown;
   begin_card("what", {narrow ? 0 : 0.42f * (area.x - gap), narrow ? views.export_what : tall}, true);
   draw_kinds(snapshot, asked, requests);
   note_height(views.export_what);
@@ -326,8 +360,9 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
   draw_manner(snapshot, asked, requests);
   note_height(views.export_how);
   end_card();
-  asked = settled(asked, snapshot.direct.directing.view, snapshot.project.contents->avatar->avatar);
-  if (!(asked == snapshot.exports.choice)) requests.exports.choice = asked;
+  const ExportChoice wished = with_wishes(snapshot.exports.choice, shown, asked);
+  if (!(wished == snapshot.exports.choice)) requests.exports.choice = wished;
+  asked = settled(wished, scene_of(snapshot), avatar);
   const Command command = words_of(asked.kind).command;
   const std::string missing = missing_words(asked, *snapshot.direct.directing.performance);
   const std::string beside = !missing.empty()               ? missing
@@ -340,6 +375,11 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
     ImGui::SameLine(0, px(14));
     ImGui::AlignTextToFramePadding();
     faint_text(beside);
+  }
+  if (makes_pictures(asked)) {
+    const float high = low ? px(240) : ImGui::GetContentRegionAvail().y;
+    draw_first(snapshot, views, {std::min(0.36f * ImGui::GetContentRegionAvail().x, high), high});
+    ImGui::SameLine(0, gap);
   }
   begin_card("queue", {0, low ? px(240) : 0}, true);
   draw_queue(snapshot, requests);

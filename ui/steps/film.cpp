@@ -63,12 +63,29 @@ void draw_choices(const Snapshot& snapshot, Requests& requests) {
   ImGui::EndDisabled();
 }
 
+// What the capture check says of the clip, before anything is made of it.
+void draw_judgement(const Snapshot& snapshot) {
+  if (snapshot.situation.checking) {
+    faint_text("Looking at the clip\u2026");
+    progress_bar(float(snapshot.project.checking.fraction), 4);
+    return;
+  }
+  const CaptureVerdict* verdict = snapshot.project.verdict.get();
+  if (!verdict || snapshot.project.contents->project.consent == Consent::no_real_person) return;
+  std::string why;
+  for (const Remark& remark : verdict->remarks)
+    if (remark.grave) why += (why.empty() ? "" : "\n") + remark.what + " " + remark.remedy;
+  if (verdict->verdict == Verdict::usable) why = "The Check step names them.";
+  draw_verdict_note(*verdict, why);
+}
+
 // What making the avatar will take, before it starts.
 void draw_plan(const Snapshot& snapshot, Requests& requests) {
   const Plan& plan = snapshot.project.contents->plan;
   if (!plan.forecast || plan.seconds == 0) return;
   const BuildForecast& forecast = *plan.forecast;
-  std::string words = fmt::format("Takes about {:.0f} min, {:.1f} GB of the disk and {:.1f} GB of memory.",
+  std::string words = fmt::format("{} about {:.0f} min, {:.1f} GB of the disk and {:.1f} GB of memory.",
+                                  snapshot.situation.interrupted ? "Still takes" : "Takes",
                                   std::max(1.0, std::ceil(plan.seconds / 60)), double(forecast.disk) / 1e9,
                                   double(forecast.memory) / 1e9);
   if (!snapshot.project.contents->is_current(Stage::align))
@@ -167,11 +184,13 @@ void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) 
     } else if (now.finished) {
       if (primary_button("Direct the avatar")) requests.show = Step::direct;
     } else {
-      if (command_button(Command::make_avatar, now, true)) requests.ask(Command::make_avatar);
-      draw_plan(snapshot, requests);
-      faint_text(now.clip_there
-                     ? "Checks the clip, finds cameras and face, and trains. You can pause at any time."
-                     : "The clip must be readable first.");
+      draw_judgement(snapshot);
+      draw_make_buttons(snapshot, requests);
+      if (!now.faceless) draw_plan(snapshot, requests);
+      if (!now.film_again)
+        faint_text(now.clip_there
+                       ? "Checks the clip, finds cameras and face, and trains. You can pause at any time."
+                       : "The clip must be readable first.");
     }
     ImGui::Dummy({0, px(6)});
     draw_further_clips(snapshot, requests);

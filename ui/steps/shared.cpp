@@ -48,6 +48,36 @@ bool group_heading(const char* words, bool& open) {
   return open;
 }
 
+void draw_verdict_note(const CaptureVerdict& verdict, const std::string& why) {
+  const Tone tone = verdict.verdict == Verdict::ready    ? Tone::good
+                    : verdict.verdict == Verdict::usable ? Tone::warn
+                                                         : Tone::bad;
+  note("verdict", tone, std::string(verdict_words(verdict)), why);
+}
+
+void draw_make_buttons(const Snapshot& snapshot, Requests& requests, float width) {
+  const Situation& now = snapshot.situation;
+  const JobState run = snapshot.project.pipeline.job.state;
+  const bool goes_on = run == JobState::stopped || (run != JobState::failed && now.interrupted);
+  std::string words = goes_on                   ? "Continue"
+                      : run == JobState::failed ? "Try again"
+                      : now.film_again          ? "Make it anyway"
+                                                : "Make the avatar";
+  const std::string name = words;
+  if (goes_on && snapshot.project.contents && snapshot.project.contents->plan.seconds > 0)
+    words += fmt::format(" ({})", time_left(snapshot.project.contents->plan.seconds));
+  if (now.film_again) {
+    if (primary_button("Open another clip", is_enabled(Command::open_clip, now), width))
+      requests.ask(Command::open_clip);
+    if (now.faceless) return;
+    if (width == 0) (void)same_line_if_fits(words.c_str());
+  }
+  const bool can = is_enabled(Command::make_avatar, now);
+  if (now.film_again ? plain_button(words.c_str(), can, width) : primary_button(words.c_str(), can, width))
+    requests.ask(Command::make_avatar);
+  note_view(name);
+}
+
 bool is_low() { return ImGui::GetContentRegionAvail().y < px(390); }
 
 void draw_nothing_yet(const char* words) {

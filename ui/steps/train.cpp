@@ -35,9 +35,7 @@ void draw_training_buttons(const Snapshot& snapshot, Requests& requests) {
     if (command_button(Command::train_longer, now)) requests.ask(Command::train_longer);
     tooltip("Trains for five more minutes, from where the training ended.");
   } else {
-    const bool stopped = snapshot.step(Step::train).state == StepState::needs_you;
-    if (primary_button(stopped ? "Continue" : "Make the avatar", is_enabled(Command::make_avatar, now)))
-      requests.ask(Command::make_avatar);
+    draw_make_buttons(snapshot, requests);
   }
 }
 
@@ -56,6 +54,14 @@ void draw_numbers(const Snapshot& snapshot) {
   ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
   clipped_text(words, ImGui::GetContentRegionAvail().x);
   ImGui::PopStyleColor();
+}
+
+// Why the figures are the person's; empty: they are of whole pictures.
+std::string why_of_person(const Snapshot& snapshot) {
+  const std::string& fault = snapshot.project.contents->background_fault;
+  const PreviewPictures* pictures = snapshot.project.pipeline.preview.get();
+  if (!fault.empty() || !pictures || !pictures->of_person) return fault;
+  return "What stands behind the person could not be learnt from this clip: a plain colour stands there.";
 }
 
 // Why the figures are the person's; where there is little room, in a line, and none beside a running
@@ -138,7 +144,8 @@ void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
   if (!running && !pictures) {
     begin_card("curve");
     if (curve) {
-      views.chart.set(snapshot.project.curve.training, snapshot.project.curve.held_out);
+      views.chart.set(snapshot.project.curve.training, snapshot.project.curve.held_out,
+                      !why_of_person(snapshot).empty());
       views.chart.draw("training curve", ImGui::GetContentRegionAvail());
     } else {
       draw_nothing_yet("The avatar is trained. Its curve was not kept.");
@@ -163,7 +170,8 @@ void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
   begin_card("curve", low ? ImVec2(std::max(px(120), area.x - previews.x - spacing.x), area.y)
                           : ImVec2(0, std::max(px(120), area.y - previews.y - spacing.y)));
   if (curve) {
-    views.chart.set(snapshot.project.curve.training, snapshot.project.curve.held_out);
+    views.chart.set(snapshot.project.curve.training, snapshot.project.curve.held_out,
+                    !why_of_person(snapshot).empty());
     views.chart.draw("training curve", ImGui::GetContentRegionAvail());
   } else {
     draw_nothing_yet("The curve begins with the second report.");
@@ -172,8 +180,7 @@ void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
   if (low) ImGui::SameLine();
   begin_card("previews", {0, low ? area.y : previews.y});
   if (pictures) {
-    draw_previews(snapshot.project.pipeline.preview, views, side, columns,
-                  snapshot.project.contents->background_fault);
+    draw_previews(snapshot.project.pipeline.preview, views, side, columns, why_of_person(snapshot));
   } else {
     draw_nothing_yet("The first previews come in a moment.");
   }
@@ -206,7 +213,7 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
   }
   draw_training_buttons(snapshot, requests);
   draw_numbers(snapshot);
-  draw_background_fault(snapshot.project.contents->background_fault, snapshot.situation.running);
+  draw_background_fault(why_of_person(snapshot), snapshot.situation.running);
   ImGui::Dummy({0, px(2)});
   const bool curve = snapshot.project.curve.training.size() >= 2;
   const PreviewPictures* pictures = snapshot.project.pipeline.preview.get();

@@ -24,7 +24,9 @@ bool stepping(S s) { return directing(s) || s.masking; }
 bool undoes(S s) { return stepping(s) || s.choosing; }
 bool chosen(S s) { return directing(s) && s.keys_chosen; }
 bool can_drive(S s) { return directing(s) && s.consent && !s.driven && !s.studying; }
-bool can_export(S s) { return s.avatar && s.consent && (!s.running || s.paused) && !s.studying; }
+bool can_export(S s) {
+  return s.avatar && s.consent && !s.look_only && (!s.running || s.paused) && !s.studying;
+}
 
 using To = const Sessions&;
 
@@ -112,7 +114,8 @@ WindowRequest rescale(To to) {
 WindowRequest write_diagnostics(To to) {
   const OpenProject& open = to.context.open;
   Notices& notices = to.context.notices;
-  const auto out = (open.folder.empty() ? to.context.options.projects : open.folder) / "diagnostics.txt";
+  const auto out =
+      (open.folder.empty() || open.look_only ? to.context.options.projects : open.folder) / "diagnostics.txt";
   if (const auto written = write_text(out, diagnostics_text(notices.error, open.contents.get())); !written) {
     notices.fail(written.error());
   } else {
@@ -171,14 +174,16 @@ constexpr CommandInfo kTable[] = {
     {Command::close_project, Menu::file, "Close the project", "Ctrl+W",
      [](S s) { return s.project && idle(s); }, on_project<&ProjectSession::close>, true},
     {Command::find_clip, Menu::file, "Find the clip...", "",
-     [](S s) { return s.project && s.clip_missing && idle(s); }, ask_window<WindowRequest::find_clip>},
+     [](S s) { return s.project && s.clip_missing && !s.look_only && idle(s); },
+     ask_window<WindowRequest::find_clip>},
     {Command::add_clip, Menu::file, "Add a clip of this person...", "",
-     [](S s) { return s.project && s.clip_there && s.consent && idle(s); },
+     [](S s) { return s.project && s.clip_there && s.consent && !s.look_only && idle(s); },
      ask_window<WindowRequest::pick_further_clip>},
     {Command::repair_project, Menu::file, "Repair the project", "",
      [](S s) { return s.repairable && idle(s); }, on_project<&ProjectSession::repair>},
     {Command::delete_person, Menu::file, "Delete this person...", "",
-     [](S s) { return (s.project || s.damaged) && idle(s); }, ask_window<WindowRequest::delete_person>},
+     [](S s) { return (s.project || s.damaged) && !s.look_only && idle(s); },
+     ask_window<WindowRequest::delete_person>},
     {Command::quit, Menu::file, "Quit", "Ctrl+Q", always, ask_window<WindowRequest::quit>, true},
     {Command::undo, Menu::edit, "Undo", "Ctrl+Z", [](S s) { return undoes(s) && s.can_undo; },
      undo_where_shown<&MaskSession::undo, &ProjectSession::undo_camera, &Directing::undo>},
@@ -247,10 +252,16 @@ constexpr CommandInfo kTable[] = {
     {Command::stop_driving, Menu::avatar, "Stop driving", "Ctrl+Shift+X", [](S s) { return s.driven; },
      on_direct<&DirectSession::stop_driving>},
     {Command::check_clip, Menu::avatar, "Check the clip", "Ctrl+K",
-     [](S s) { return s.project && s.can_check && s.consent && !s.running && !s.checking && !s.studying; },
+     [](S s) {
+       return s.project && s.can_check && s.consent && !s.look_only && !s.running && !s.checking &&
+              !s.studying;
+     },
      on_project<&ProjectSession::check_clip>, true},
     {Command::make_avatar, Menu::avatar, "Make the avatar", "Ctrl+Enter",
-     [](S s) { return s.project && s.clip_there && s.consent && !s.running && !s.finished && !s.studying; },
+     [](S s) {
+       return s.project && s.clip_there && s.consent && !s.look_only && !s.faceless && !s.running &&
+              !s.finished && !s.studying;
+     },
      on_project<&ProjectSession::make_avatar>},
     {Command::pause, Menu::avatar, "Pause", "Ctrl+P", [](S s) { return s.running && !s.paused; },
      on_project<&ProjectSession::pause>},
@@ -261,14 +272,14 @@ constexpr CommandInfo kTable[] = {
     {Command::finish_now, Menu::avatar, "Finish with what is learnt", "", [](S s) { return s.training; },
      on_project<&ProjectSession::finish_training>},
     {Command::train_longer, Menu::avatar, "Train longer", "",
-     [](S s) { return s.project && s.finished && s.consent && !s.running && !s.studying; },
+     [](S s) { return s.project && s.finished && s.consent && !s.look_only && !s.running && !s.studying; },
      on_project<&ProjectSession::train_longer>},
     {Command::compare_methods, Menu::avatar, "Compare with other methods...", "", with_project,
      on_study<&StudySession::open_page>, true},
     {Command::start_study, Menu::avatar, "Start the comparison", "",
      [](S s) {  // its times are those of the whole program
-       return s.can_study && s.consent && !s.running && !s.studying && !s.exporting && !s.checking &&
-              !s.driven;
+       return s.can_study && s.consent && !s.look_only && !s.running && !s.studying && !s.exporting &&
+              !s.checking && !s.driven;
      },
      start_study},
     {Command::stop_study, Menu::avatar, "Stop the comparison", "", [](S s) { return s.studying; },

@@ -95,12 +95,14 @@ struct Situation {
   bool project = false;       // one is open
   bool clip_there = false;    // and its clip, or what was read of it
   bool clip_missing = false;  // the clip is not where it was
+  bool look_only = false;     // another window shows the project, too: nothing of it is changed here
   bool damaged = false;       // the project asked for last cannot be read, and none is open
   bool repairable = false;    // but can be made anew
   bool running = false;       // its stages are at work
   bool paused = false;        // and wait where they are
   bool training = false;      // and it is the training
   bool finished = false;      // every stage is done
+  bool interrupted = false;   // a stage was at work and goes on where it was
   bool avatar = false;        // it can be directed
   bool exporting = false;
   bool checking = false, can_check = false;  // the clip is being looked at; it could be
@@ -112,6 +114,8 @@ struct Situation {
   bool keys_copied = false, pose_copied = false;
   bool driven = false;   // by a video or a webcam, live
   bool consent = false;  // the question of consent was answered
+  // The capture check would have another clip; no avatar can be made of this one.
+  bool film_again = false, faceless = false;
   // Other methods are being compared on this capture; they can be; there is a report of it.
   bool studying = false, can_study = false, studied = false;
   // A webcam is on to record a clip: nothing else is in sight. It gives pictures; they are kept; and not

@@ -116,8 +116,8 @@ void DirectSession::random_walk() {
 }
 
 void DirectSession::camera_orbit() {
-  edit("camera orbit",
-       [&](Performance& p) { set_orbit(p, orbit_range(context_.open.contents->avatar->limits)); });
+  const ProjectAvatar& avatar = *context_.open.contents->avatar;
+  edit("camera orbit", [&](Performance& p) { set_orbit(p, orbit_of(avatar)); });
 }
 
 void DirectSession::camera_dolly() {
@@ -203,6 +203,7 @@ void DirectSession::open() {
         request_picture();
         return;
       }
+      if (context_.open.look_only) return context_.notices.fail(read.error());
       std::error_code failure;
       fs::rename(file, folder / kUnread, failure);
       context_.notices.fail({read.error().code, read.error().what,
@@ -215,7 +216,7 @@ void DirectSession::open() {
 
 void DirectSession::save_performance(bool at_once) {
   const auto since = directing_.unsaved_since();
-  if (!since || context_.open.folder.empty()) return;
+  if (!since || context_.open.folder.empty() || context_.open.look_only) return;
   if (!at_once && (saving_ == directing_.performance() ||
                    Directing::Clock::now() - *since < std::chrono::duration<double>(kAutosave_s)))
     return;

@@ -69,20 +69,27 @@ Result<Performance> chosen_performance(const ExportOrder& order) {
   return read_performance(order.choice.performance);
 }
 
-// Whether the performance leaves the camera at rest: it has no camera keys, or all of them are at rest.
-bool camera_rests(const Performance& performance) {
+// Whether a channel takes the camera from where the clip's camera rested: zoom and shift do not.
+bool moves_camera(const std::string& channel) {
+  return channel == "camera yaw" || channel == "camera pitch" || channel == "camera distance";
+}
+
+// Whether the performance leaves the camera there: no key takes it away.
+bool camera_stands(const Performance& performance) {
   return std::ranges::all_of(performance.channels, [](const auto& channel) {
-    return !channel.first.starts_with("camera ") || std::ranges::all_of(channel.second, [&](const Key& key) {
+    return !moves_camera(channel.first) || std::ranges::all_of(channel.second, [&](const Key& key) {
       return key.value == rest_value(channel.first);
     });
   });
 }
 
-bool camera_rests_at(const Performance& performance, double time_s) {
-  return std::ranges::all_of(performance.channels, [&](const auto& channel) {
-    return !channel.first.starts_with("camera ") ||
-           value_at(performance, channel.first, time_s) == rest_value(channel.first);
-  });
+bool camera_stands(const ViewPoint& view) { return view.yaw == 0 && view.pitch == 0 && view.distance == 1; }
+
+// Degrees from the view on screen: what nobody chose stays within what the avatar's orbits are.
+ValueRange orbit_swing(const ExportChoice& choice, const ProjectAvatar& avatar, float from) {
+  if (choice.half_angle_deg) return {-float(*choice.half_angle_deg), float(*choice.half_angle_deg)};
+  const ValueRange all = orbit_of(avatar);
+  return {std::min(0.f, all.low - from), std::max(0.f, all.high - from)};
 }
 
 // The moment on screen, from the view on screen, or swinging to both sides of it.
@@ -91,9 +98,9 @@ Film posed_film(const ExportOrder& order) {
   const bool orbit = choice.kind == ExportKind::orbit;
   const int frames = orbit ? std::max(2, int(std::lround(choice.seconds * choice.frames_per_second))) : 1;
   const float from = value_at(*order.performance, "camera yaw", order.time_s);
+  const ValueRange swing = orbit ? orbit_swing(choice, *order.contents->avatar, from) : ValueRange{};
   Film film;
-  for (const double yaw :
-       orbit_yaws(steady_times(frames, choice.frames_per_second), orbit ? choice.half_angle_deg : 0)) {
+  for (const double yaw : orbit_yaws(steady_times(frames, choice.frames_per_second), swing.low, swing.high)) {
     Performance seen = *order.performance;
     seen.channels["camera yaw"] = {{0, from + float(yaw)}};
     DirectedMoment moment = direct_moment(order.contents->avatar->directed, seen, order.time_s);
@@ -103,22 +110,45 @@ Film posed_film(const ExportOrder& order) {
   return film;
 }
 
+// Whether a still's camera stands where the clip's rested.
+bool stands_there(const ExportOrder& order) {
+  return order.choice.kind == ExportKind::still &&
+         camera_stands(
+             direct_moment(order.contents->avatar->directed, *order.performance, order.time_s).view);
+}
+
+ExportOrder with_possible_ground(ExportOrder order) {
+  const ViewPoint view =
+      direct_moment(order.contents->avatar->directed, *order.performance, order.time_s).view;
+  order.choice.ground =
+      settled(order.choice, directed_scene(*order.performance, view), order.contents->avatar->avatar).ground;
+  return order;
+}
+
+// A file's performance is known only when it is read.
+ExportOrder with_known_ground(ExportOrder order, const Performance& performance) {
+  ExportChoice known = order.choice;
+  known.performance.clear();
+  order.choice.ground =
+      settled(known, directed_scene(performance, {}), order.contents->avatar->avatar).ground;
+  return order;
+}
+
 Result<std::string> perform(const ExportOrder& order, const RenderPlace& place, const OpenedAvatar& opened,
                             const Progress& progress, std::stop_token stop) {
   auto performance = chosen_performance(order);
   if (!performance) return performance.error();
   performance->frames_per_second = order.choice.frames_per_second;
-  const bool rests = camera_rests(*performance);
-  if (makes_pictures(order.choice) && order.choice.ground == ExportGround::room && !rests &&
-      !opened.avatar.room) {
-    return Error{ErrorCode::bad_input,
-                 "The performance moves the camera, and the filmed room is known from one place only.",
-                 "Choose another background, or leave the camera at rest.", ""};
-  }
-  const auto frames =
-      write_performed(opened, *performance, film_options(order, rests, place), progress, stop);
+  const ExportOrder possible = with_known_ground(order, *performance);
+  const auto frames = write_performed(
+      opened, *performance, film_options(possible, camera_stands(*performance), place), progress, stop);
   if (!frames) return frames.error();
-  return fmt::format("{} frames", *frames);
+  std::string words = fmt::format("{} frames", *frames);
+  if (possible.choice.ground != order.choice.ground)
+    words +=
+        ", before a light background: the performance moves the camera, and the filmed room is known "
+        "from one place only";
+  return words;
 }
 
 Result<std::string> follow_clip(const ExportOrder& order, const RenderPlace& place,
@@ -149,14 +179,28 @@ Result<std::string> follow_clip(const ExportOrder& order, const RenderPlace& pla
 
 bool makes_pictures(const ExportChoice& choice) { return choice.kind != ExportKind::mesh; }
 
-bool room_possible(const ExportChoice& choice, const ViewPoint& view, const Avatar& avatar) {
-  if (avatar.room) return true;
-  if (avatar.plate.empty() || choice.kind == ExportKind::orbit) return false;
-  return choice.kind != ExportKind::still || view == ViewPoint{};
+DirectedScene directed_scene(const Performance& performance, const ViewPoint& view) {
+  return {view, camera_stands(performance)};
 }
 
-ExportChoice settled(ExportChoice choice, const ViewPoint& view, const Avatar& avatar) {
-  if (choice.ground == ExportGround::room && !room_possible(choice, view, avatar))
+bool room_possible(const ExportChoice& choice, const DirectedScene& scene, const Avatar& avatar) {
+  if (avatar.room) return true;
+  if (avatar.plate.empty() || choice.kind == ExportKind::orbit) return false;
+  if (choice.kind == ExportKind::still) return camera_stands(scene.view);
+  return choice.kind != ExportKind::performance || !choice.performance.empty() || scene.camera_stands;
+}
+
+ExportChoice with_wishes(const ExportChoice& wished, const ExportChoice& shown, ExportChoice asked) {
+  const auto keep = [&](auto ExportChoice::*what) {
+    if (asked.*what == shown.*what) asked.*what = wished.*what;
+  };
+  keep(&ExportChoice::ground), keep(&ExportChoice::form), keep(&ExportChoice::mesh);
+  keep(&ExportChoice::side_by_side);
+  return asked;
+}
+
+ExportChoice settled(ExportChoice choice, const DirectedScene& scene, const Avatar& avatar) {
+  if (choice.ground == ExportGround::room && !room_possible(choice, scene, avatar))
     choice.ground = ExportGround::light;
   if (choice.ground == ExportGround::transparent && moves(choice)) choice.form = ExportForm::pictures;
   if (choice.ground == ExportGround::transparent) choice.side_by_side = false;
@@ -204,10 +248,36 @@ Result<void> check_order(const ExportOrder& order) {
   return {};
 }
 
-Result<std::string> write_order(const ExportOrder& order, const Progress& progress, std::stop_token stop) {
+Result<Image8> first_picture(const ExportOrder& order) {
+  constexpr int kMostPixels = 320;
+  const ProjectAvatar& avatar = *order.contents->avatar;
+  Performance performance = *order.performance;
+  ExportOrder first = order;
+  double time_s = order.time_s;
+  if (performs(order.choice)) {
+    auto chosen = chosen_performance(order);
+    if (!chosen) return chosen.error();
+    performance = std::move(*chosen), time_s = 0;
+    first = with_known_ground(std::move(first), performance);
+  }
+  const DirectedMoment moment = direct_moment(
+      avatar.directed, order.choice.kind == ExportKind::driven ? Performance{} : performance, time_s);
+  first = with_possible_ground(std::move(first));
+  const bool stands = order.choice.kind != ExportKind::orbit && camera_stands(moment.view);
+  FilmOptions options = film_options(first, stands, {});
+  options.out = "first.png", options.quality = RenderQuality::preview;
+  options.width = std::min(avatar.avatar.size, kMostPixels);
+  return film_picture(avatar.avatar, avatar.rig, moment.camera, moment.pose, options);
+}
+
+Result<std::string> write_order(const ExportOrder& asked, const Progress& progress, std::stop_token stop) {
+  const ExportOrder order = with_possible_ground(asked);
   const bool folder = order.out.extension().empty();
-  if (const auto made = make_writable_folder(order.out.parent_path()); !made) return made.error();
   std::error_code failure;
+  // Made to be given away: as open as the umask says, in a project that is its owner's alone, too.
+  fs::create_directories(order.out.parent_path(), failure);
+  if (const auto made = make_writable_folder(order.out.parent_path()); !made) return made.error();
+  failure.clear();
   // What has appeared there since the export was ordered is not ours to overwrite.
   if (folder ? !fs::create_directory(order.out, failure) && !failure : fs::exists(order.out, failure))
     return Error{ErrorCode::bad_input, fmt::format("{} already exists.", order.out.filename().string()),
@@ -227,10 +297,8 @@ Result<std::string> write_order(const ExportOrder& order, const Progress& progre
   auto written = [&]() -> Result<std::string> {
     if (order.choice.kind == ExportKind::driven) return follow_clip(order, place, opened, progress, stop);
     if (performs(order.choice)) return perform(order, place, opened, progress, stop);
-    const bool rests =
-        order.choice.kind == ExportKind::still && camera_rests_at(*order.performance, order.time_s);
-    const auto frames =
-        write_posed(opened, posed_film(order), film_options(order, rests, place), progress, stop);
+    const auto frames = write_posed(opened, posed_film(order),
+                                    film_options(order, stands_there(order), place), progress, stop);
     if (!frames) return frames.error();
     return *frames == 1 ? std::string("written") : fmt::format("{} frames", *frames);
   }();

@@ -21,10 +21,15 @@ fs::path export_path(const fs::path& folder, const ExportChoice& choice, const E
   }
 }
 
+bool same_picture(const ExportOrder& a, const ExportOrder& b) {
+  return a.choice == b.choice && a.contents->avatar == b.contents->avatar && a.performance == b.performance &&
+         a.time_s == b.time_s;
+}
+
 }  // namespace
 
 ExportsView ExportSession::view() const {
-  return {choice_, queue_.items(), queue_.status(), queue_.last_written()};
+  return {choice_, queue_.items(), queue_.status(), queue_.last_written(), first_};
 }
 
 void ExportSession::apply(const ExportRequests& requests, bool possible) {
@@ -37,20 +42,46 @@ void ExportSession::apply(const ExportRequests& requests, bool possible) {
   if (requests.forget) queue_.forget(*requests.forget);
 }
 
+// Without the name of its file.
+ExportOrder ExportSession::order_of(ExportMoment moment) const {
+  const ProjectAvatar& avatar = *context_.open.contents->avatar;
+  const ViewPoint view = direct_moment(avatar.directed, *moment.performance, moment.time_s).view;
+  return {settled(choice_, directed_scene(*moment.performance, view), avatar.avatar),
+          context_.open.contents,
+          std::move(moment.performance),
+          moment.time_s,
+          {},
+          context_.options.compute.open,
+          std::move(moment.gains)};
+}
+
+void ExportSession::show_first(ExportMoment moment) {
+  const auto& contents = context_.open.contents;
+  if (!contents || !contents->avatar || !makes_pictures(choice_)) {
+    first_of_.reset(), first_ = {};
+    return;
+  }
+  ExportOrder order = order_of(std::move(moment));
+  if (first_of_ && same_picture(*first_of_, order)) return;
+  first_of_ = order;
+  context_.background.run(
+      "first picture", [this, order = std::move(order)](std::stop_token) -> Background::Delivery {
+        auto picture = first_picture(order);
+        return [this, order, picture = std::move(picture)]() mutable {
+          if (!first_of_ || !same_picture(*first_of_, order)) return;
+          first_.number = ++context_.pictures;
+          first_.image = picture ? std::make_shared<const Image8>(std::move(*picture)) : nullptr;
+          first_.missing = picture ? "" : picture.error().what;
+        };
+      });
+}
+
 void ExportSession::start(ExportKind kind, ExportMoment moment) {
   const auto& contents = context_.open.contents;
   if (!contents || !contents->avatar) return;
   choice_.kind = kind;
-  const ProjectAvatar& avatar = *contents->avatar;
-  const ViewPoint view = direct_moment(avatar.directed, *moment.performance, moment.time_s).view;
-  const ExportChoice choice = settled(choice_, view, avatar.avatar);
-  ExportOrder order{choice,
-                    contents,
-                    std::move(moment.performance),
-                    moment.time_s,
-                    export_path(context_.open.folder, choice, queue_),
-                    context_.options.compute.open,
-                    std::move(moment.gains)};
+  ExportOrder order = order_of(std::move(moment));
+  order.out = export_path(context_.open.folder, order.choice, queue_);
   if (const auto fine = check_order(order); !fine) return context_.notices.fail(fine.error());
   const fs::path out = order.out;
   queue_.add(out, [order = std::move(order)](const Progress& progress, std::stop_token stop) {
@@ -63,7 +94,10 @@ void ExportSession::show_folder() const {
     context_.notices.fail(shown.error());
 }
 
-void ExportSession::close() { context_.background.retire(queue_.clear()); }
+void ExportSession::close() {
+  context_.background.retire(queue_.clear());
+  first_of_.reset(), first_ = {};
+}
 
 bool ExportSession::goes_on() const {
   return std::ranges::any_of(queue_.items(), [](const ExportItem& item) {

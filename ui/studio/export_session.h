@@ -11,6 +11,7 @@
 #include "core/direct/performance.h"
 #include "ui/studio/export_order.h"
 #include "ui/studio/export_queue.h"
+#include "ui/studio/frame_picture.h"
 #include "ui/studio/session_context.h"
 
 namespace likeness::ui {
@@ -21,6 +22,7 @@ struct ExportsView {
   std::vector<ExportItem> items;
   JobStatus status;               // of the one at work, or of the one that ended last
   std::filesystem::path written;  // by the last that finished
+  FramePicture first;             // of what the choice would write; of a mesh there is none
 };
 
 // What the panels ask for; numbers are the items'.
@@ -45,6 +47,7 @@ class ExportSession {
   // possible: an export may begin now.
   void apply(const ExportRequests& requests, bool possible);
   void start(ExportKind kind, ExportMoment moment);
+  void show_first(ExportMoment moment);  // makes its first picture, where that may be another by now
   void stop_all() { queue_.stop_all(); }
   void show_folder() const;  // of all exports, in the desktop's file manager
   void close();              // the project; the files stay
@@ -52,9 +55,13 @@ class ExportSession {
   bool goes_on() const;
 
  private:
+  ExportOrder order_of(ExportMoment moment) const;
+
   const SessionContext context_;
   ExportChoice choice_;
   ExportQueue queue_;
+  std::optional<ExportOrder> first_of_;  // what `first_` shows, or will
+  FramePicture first_;
 };
 
 }  // namespace likeness::ui

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/base/natural_order.h"
+#include "core/project/own_names.h"
 #include "core/video/video_name.h"
 
 namespace likeness::ui {
@@ -29,10 +30,8 @@ bool ends_in(const fs::path& path, std::span<const std::string_view> endings) {
 
 // Files that make up a project are not performances.
 bool is_project_file(const fs::path& file) {
-  constexpr std::array<std::string_view, 9> kOwn{
-      "project.json",      "capture.json",        "cameras.json",     "track.json", "plate.json",
-      "matte_report.json", "training_curve.json", "track_first.json", "refits.json"};
-  return std::ranges::find(kOwn, file.filename().string()) != kOwn.end();
+  const std::string name = file.filename().string();
+  return is_project_name(name) || is_attributes_file(name);
 }
 
 bool is_wanted(const fs::path& file, Wanted wanted) {

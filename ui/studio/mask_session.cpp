@@ -25,7 +25,7 @@ bool MaskSession::are_shown() const {
 
 void MaskSession::apply(const MaskRequests& requests) {
   if (!context_.open.contents) return;
-  const bool still = !context_.open.is_running();  // a run reads the strokes and replaces the masks
+  const bool still = context_.open.may_change();  // a run reads the strokes and replaces the masks
   if (requests.shown) masks_.show(*requests.shown);
   if (requests.frame) masks_.look_at(*requests.frame);
   if (requests.look) masks_.set_look(*requests.look);
@@ -58,7 +58,7 @@ bool MaskSession::change(const AttributeRequests& requests) {
     if (fine) attributes_.choose(*requests.name);
     if (!fine) context_.notices.fail(fine.error());
   }
-  const bool still = !context_.open.is_running();
+  const bool still = context_.open.may_change();
   const bool removed = requests.remove && still && attributes_.remove(*requests.remove);
   if (removed) save();
   return requests.on || requests.name || requests.set || removed;
@@ -83,12 +83,12 @@ Result<void> MaskSession::check_attribute(const std::string& name) const {
 }
 
 void MaskSession::undo() {
-  if (!context_.open.is_running() && (attributes_.on() ? attributes_.undo() : masks_.undo())) save();
+  if (context_.open.may_change() && (attributes_.on() ? attributes_.undo() : masks_.undo())) save();
   show();
 }
 
 void MaskSession::redo() {
-  if (!context_.open.is_running() && (attributes_.on() ? attributes_.redo() : masks_.redo())) save();
+  if (context_.open.may_change() && (attributes_.on() ? attributes_.redo() : masks_.redo())) save();
   show();
 }
 
@@ -230,7 +230,7 @@ MasksView MaskSession::view() const {
   const bool trained = contents && contents->project.record(Stage::train).state == StageState::done;
   view.attributes.unlearnt =
       attributes_.has_unsaved() || (trained && (changed_ || !contents->is_current(Stage::train)));
-  const bool still = !context_.open.is_running();
+  const bool still = context_.open.may_change();
   view.can_undo &= still;
   view.can_redo &= still;
   const bool stale = contents && (contents->is_stale(Stage::matte) ||

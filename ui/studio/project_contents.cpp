@@ -7,6 +7,7 @@
 
 #include "core/base/hash.h"
 #include "core/base/parallel.h"
+#include "core/direct/camera_keys.h"
 #include "core/matte/matte_report.h"
 #include "core/matte/person_network.h"
 #include "core/project/care.h"
@@ -101,6 +102,17 @@ void read_facts(ProjectContents& contents) {
   contents.facts = clip_facts(results);
 }
 
+// Counts as long as the clip is the one that was looked at, or cannot be read.
+std::shared_ptr<const CheckedClip> read_checked(const ProjectContents& contents,
+                                                const ProjectContents* earlier) {
+  const std::filesystem::path& clip = contents.project.options.shared.video;
+  if (earlier && earlier->checked && earlier->project.options.shared.video == clip) return earlier->checked;
+  auto checked = shared_or_none(read_checked_clip(checked_clip_path(contents.project.folder)));
+  if (!checked || !contents.clip) return checked;
+  const auto hash = hash_video(clip);
+  return !hash || *hash == checked->clip_hash ? checked : nullptr;
+}
+
 FurtherClip read_further(const Project& project, int number) {
   FurtherClip further{.number = number};
   const auto clip = open_further_clip(project, number);
@@ -140,6 +152,22 @@ void plan_further(const ProjectContents& contents, int threads, Plan& plan) {
   }
 }
 
+// Of a training that was interrupted and will go on from its checkpoint: without what it has behind it.
+double training_seconds(const ProjectContents& contents, double whole) {
+  const Project& project = contents.project;
+  const StageRecord& record = project.record(Stage::train);
+  std::error_code ignored;
+  if ((record.state != StageState::stopped && record.state != StageState::running) || !contents.curve ||
+      contents.curve->training.empty() || !std::filesystem::exists(checkpoint_path(project), ignored) ||
+      record.input_hash != input_hash(project, Stage::train))
+    return whole;
+  const TrainStatus& last = contents.curve->training.back();
+  const TrainChoices& choices = project.options.train;
+  const double done =
+      choices.steps > 0 ? double(last.step) / double(choices.steps) : last.seconds / choices.budget_s;
+  return whole * (1 - std::clamp(done, 0.0, 1.0));
+}
+
 Plan make_plan(const ProjectContents& contents) {
   Plan plan;
   if (!contents.clip || !contents.model) return plan;
@@ -150,7 +178,9 @@ Plan make_plan(const ProjectContents& contents) {
     if (stage == Stage::train || contents.further.empty()
             ? !contents.is_current(stage) || contents.is_stale(stage)
             : !is_current_alone(project, stage))
-      plan.seconds += plan.forecast->seconds[std::size_t(stage)];
+      plan.seconds += stage == Stage::train
+                          ? training_seconds(contents, plan.forecast->seconds[std::size_t(stage)])
+                          : plan.forecast->seconds[std::size_t(stage)];
   plan_further(contents, threads, plan);
   if (plan.seconds == 0) return plan;
   const Resources free = free_resources(project.folder);
@@ -180,6 +210,10 @@ std::shared_ptr<ProjectAvatar> ProjectAvatar::make(Avatar avatar, std::shared_pt
     });
   made->presets = likeness::presets(*made->model, seen_from_rest(made->avatar, *made->model));
   return made;
+}
+
+ValueRange orbit_of(const ProjectAvatar& avatar) {
+  return orbit_range(avatar.limits, limits_hold(avatar.avatar, "camera yaw"));
 }
 
 Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesystem::path& folder,
@@ -220,6 +254,7 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   read_strokes_of(p, *contents);
   read_attributes_of(p, *contents);
   read_facts(*contents);
+  contents->checked = read_checked(*contents, earlier);
   contents->plan = make_plan(*contents);
   return std::shared_ptr<const ProjectContents>(std::move(contents));
 }

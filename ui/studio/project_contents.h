@@ -11,7 +11,7 @@
 #include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
-#include "core/check/clip_words.h"
+#include "core/check/checked_clip.h"
 #include "core/direct/direct_avatar.h"
 #include "core/direct/presets.h"
 #include "core/direct/seen_limits.h"
@@ -48,6 +48,9 @@ struct ProjectAvatar {
  private:
   ProjectAvatar() = default;
 };
+
+// How far an orbit of the avatar goes that nobody limits, degrees from the typical view.
+ValueRange orbit_of(const ProjectAvatar& avatar);
 
 // What making the avatar takes, of what is still to be made.
 struct Plan {
@@ -90,6 +93,7 @@ struct ProjectContents {
   std::vector<AttributeCourse> courses;        // amounts of the avatar's attributes over the clip
   std::vector<AttributeCourse> next_courses;   // of the training at work, or of one that was stopped
   ClipFacts facts;                             // what the stages found of camera, mask and parts of the clip
+  std::shared_ptr<const CheckedClip> checked;  // what the capture check found of it; null: it never looked
   std::string look_back;         // what the mattes say of a camera that did not do what it was taken for
   std::string background_fault;  // why the background is not the one that was filmed; empty: it is
   Plan plan;

@@ -9,6 +9,7 @@
 #include "core/base/files.h"
 #include "core/project/care.h"
 #include "core/project/further_clips.h"
+#include "core/project/own_names.h"
 #include "ui/studio/read_frames.h"
 #include "ui/studio/same_place.h"
 
@@ -42,6 +43,17 @@ fs::path folder_for(const fs::path& projects, const fs::path& clip) {
   }
 }
 
+// Waits for a window that is just closing the project.
+std::shared_ptr<const WindowLock> hold(const fs::path& folder) {
+  constexpr auto kPause = std::chrono::milliseconds(50);
+  auto lock = std::make_shared<const WindowLock>(folder);
+  for (int tries = 0; lock->is_others() && tries < 10; ++tries) {
+    std::this_thread::sleep_for(kPause);
+    lock = std::make_shared<const WindowLock>(folder);
+  }
+  return lock;
+}
+
 }  // namespace
 
 void choose_budget(ProjectOptions& options, double budget_s) {
@@ -53,13 +65,16 @@ ProjectView ProjectSession::view() const {
   view.loading = loading_ && !open_.contents;
   view.contents = open_.contents;
   view.damaged = damaged_;
+  view.elsewhere = elsewhere_;
+  view.look_only = open_.look_only;
   view.pipeline = open_.pipeline;
   if (demo_) view.demo = demo_->status();
   if (check_) view.checking = check_->status();
   view.solving = solving_;
-  if (checked_) {
-    view.verdict = {checked_, &checked_->verdict};
-    view.checked = {checked_, &checked_->facts};
+  const std::shared_ptr<const CheckedClip> kept = open_.contents ? open_.contents->checked : nullptr;
+  if (const auto& checked = checked_ ? checked_ : kept) {
+    view.verdict = {checked, &checked->verdict};
+    view.checked = {checked, &checked->facts};
   }
   view.can_undo_camera = !earlier_cameras_.empty();
   view.can_redo_camera = !later_cameras_.empty();
@@ -76,6 +91,13 @@ ProjectView ProjectSession::view() const {
 }
 
 void ProjectSession::apply(const ProjectRequests& requests) {
+  if (requests.look_only && elsewhere_) {
+    const fs::path folder = *std::exchange(elsewhere_, std::nullopt);
+    if (*requests.look_only) read(folder, true);
+  }
+  if (requests.check_frame) show_check_frame(*requests.check_frame);
+  if (requests.face_frame) show_face_frame(*requests.face_frame);
+  if (open_.look_only) return;  // what follows changes the project
   if (requests.consent && open_.contents) answer_consent(*requests.consent);
   if (requests.nobody_agreed && open_.contents) refuse_consent();
   if (requests.relink) relink(*requests.relink, false);
@@ -95,8 +117,6 @@ void ProjectSession::apply(const ProjectRequests& requests) {
   if (requests.rest_frames && open_.contents && open_.contents->capture) name_rest(*requests.rest_frames);
   if (requests.refit) refit(*requests.refit, true);
   if (requests.take_back) refit(*requests.take_back, false);
-  if (requests.check_frame) show_check_frame(*requests.check_frame);
-  if (requests.face_frame) show_face_frame(*requests.face_frame);
   if (requests.camera_kind && open_.contents) choose_camera(*requests.camera_kind);
   if (requests.budget_s) edit_options([&](ProjectOptions& o) { choose_budget(o, *requests.budget_s); });
   if (requests.picture_size)
@@ -120,11 +140,12 @@ void ProjectSession::refuse_consent() {
   std::error_code ignored;
   bool only_the_question = true;
   for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored))
-    only_the_question &= it->path().filename() == "project.json" || it->path().filename() == ".lock";
+    only_the_question &=
+        it->path().filename() == "project.json" || is_lock_name(it->path().filename().string());
   if (!ignored && only_the_question) {
     std::erase_if(context_.settings.recent,
                   [&](const fs::path& recent) { return same_place(recent, folder); });
-    for (const char* name : {"project.json", ".lock"}) fs::remove(folder / name, ignored);
+    for (const char* name : {"project.json", kWorkLock, kWindowLock}) fs::remove(folder / name, ignored);
     fs::remove(folder, ignored);
   }
   context_.notices.message = "Without the person's agreement no avatar is made.";
@@ -296,24 +317,33 @@ void ProjectSession::open_clip(const fs::path& clip, Consent consent) {
 
 void ProjectSession::read_again() { read(open_.folder); }
 
-void ProjectSession::read(const fs::path& folder) {
+void ProjectSession::read(const fs::path& folder, bool look_only) {
   damaged_.reset();
+  elsewhere_.reset();
   if (!same_place(folder, open_.folder)) {
     close();
     open_.folder = folder;
+    open_.look_only = look_only;
   }
   loading_ = true;
   neighbours_.reading_begins();
   const std::uint64_t number = ++readings_;
   context_.background.run("contents",
-                          [this, folder = open_.folder, number,
-                           earlier = open_.contents](std::stop_token) -> Background::Delivery {
+                          [this, folder = open_.folder, number, earlier = open_.contents, window = window_,
+                           looks = open_.look_only](std::stop_token) mutable -> Background::Delivery {
+                            if (!window && !looks) window = hold(folder);
+                            if (window && window->is_others())
+                              return [this, folder, number] {
+                                if (folder != open_.folder || number != readings_) return;
+                                close();
+                                elsewhere_ = folder;
+                              };
                             auto contents = read_contents(folder, earlier.get());
                             auto damaged = contents ? std::nullopt : find_damaged_project(folder);
                             auto overlay = contents && (!earlier || earlier->track != (*contents)->track)
                                                ? FaceOverlay::make(*contents)
                                                : nullptr;
-                            return [this, folder, number, contents = std::move(contents),
+                            return [this, folder, number, window, contents = std::move(contents),
                                     overlay = std::move(overlay), damaged = std::move(damaged)] {
                               if (folder != open_.folder || number != readings_)
                                 return;  // another project was opened, or this one changed, meanwhile
@@ -326,6 +356,7 @@ void ProjectSession::read(const fs::path& folder) {
                                 if (!damaged) std::erase(context_.settings.recent, folder);
                                 return;
                               }
+                              window_ = window;
                               if (overlay) overlay_ = overlay;
                               was_read(*contents);
                             };
@@ -342,12 +373,14 @@ void ProjectSession::was_read(std::shared_ptr<const ProjectContents> contents) {
   remember_recent(context_.settings, ignored ? open_.folder : place);
   if (first) {
     save_settings(context_);
-    context_.shown.step = now.avatar ? Step::direct : Step::film;
+    context_.shown.step = opening_step(now);
   }
   if (first || (now.clip && !earlier.clip)) read_clip_start(context_, clip_picture_);
   neighbours_.was_read({first, now.avatar && now.avatar != earlier.avatar});
   // A new clip is looked at before anything is built from it.
-  if (!now.capture && now.clip && now.project.consent != Consent::not_asked && !check_) check_clip();
+  if (!open_.look_only && !now.capture && !now.checked && now.clip &&
+      now.project.consent != Consent::not_asked && !check_)
+    check_clip();
   // Pictures of the steps, as soon as there are any.
   const auto middle = [](const FramePicture& picture, const auto& frames) {
     return picture.frame >= 0 ? picture.frame : frames[frames.size() / 2].frame;
@@ -369,6 +402,7 @@ void ProjectSession::close() {
   refit_.reset();
   overlay_.reset();
   open_ = {};
+  window_.reset();
   loading_ = false;
   context_.shown.step = Step::film;
   clip_picture_ = check_picture_ = face_picture_ = {};
@@ -400,7 +434,7 @@ void ProjectSession::change_clips(const std::function<Result<std::string>(Projec
 }
 
 bool ProjectSession::edit_options(const std::function<void(ProjectOptions&)>& change) {
-  if (!open_.contents || changing_clips_ || open_.is_running()) return false;
+  if (!open_.contents || changing_clips_ || !open_.may_change()) return false;
   // What a command did to the project meanwhile is kept.
   auto changed = change_project(open_.folder, [&](Project& project) { change(project.options); });
   if (!changed) {

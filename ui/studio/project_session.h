@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "core/camera/camera.h"
-#include "core/check/clip_words.h"
-#include "core/check/verdict.h"
+#include "core/check/checked_clip.h"
 #include "core/project/damaged_project.h"
+#include "core/project/window_lock.h"
 #include "ui/studio/face_overlay.h"
 #include "ui/studio/frame_picture.h"
 #include "ui/studio/session_context.h"
@@ -29,12 +29,15 @@ struct ProjectView {
   std::shared_ptr<const ProjectContents> contents;  // null: none is open
   std::optional<DamagedProject> damaged;            // the one asked for last, where it cannot be read
   PipelineStatus pipeline;
-  JobStatus demo;      // filming the demo person
-  JobStatus checking;  // the capture check, before anything is built
+  std::optional<std::filesystem::path> elsewhere;  // the one asked for last, where another window shows it
+  bool look_only = false;                          // at the open one, as another window shows it, too
+  JobStatus demo;                                  // filming the demo person
+  JobStatus checking;                              // the capture check, before anything is built
   // Null: no camera's path is being solved, or none placed yet.
   std::shared_ptr<const SolvingCameras> solving;
-  std::shared_ptr<const CaptureVerdict> verdict;  // null: the clip was not looked at since it was opened
-  std::shared_ptr<const ClipFacts> checked;       // what that look found of camera, mask and parts; or null
+  // Of the last look at the clip, or null: the verdict, and what was found of camera, mask and parts.
+  std::shared_ptr<const CaptureVerdict> verdict;
+  std::shared_ptr<const ClipFacts> checked;
   bool can_undo_camera = false, can_redo_camera = false;  // the choice of what the camera does
   TrainingCurve curve;                                    // of the training at work, or of the last one
   bool deleting = false;                                  // a person is being deleted
@@ -44,6 +47,7 @@ struct ProjectView {
 // What the panels ask for of the open project.
 struct ProjectRequests {
   std::optional<Consent> consent;  // as answered
+  std::optional<bool> look_only;   // at the project that another window shows; false: not even that
   bool nobody_agreed = false;
   std::optional<std::filesystem::path> relink;    // where the clip is now
   std::optional<std::filesystem::path> add_clip;  // a further one of the same person
@@ -59,10 +63,10 @@ struct ProjectRequests {
   std::optional<std::optional<CameraKind>> camera_kind;
 };
 
-// What the capture check found.
-struct CheckedClip {
-  CaptureVerdict verdict;
-  ClipFacts facts;
+// A look at the clip, at work or done.
+struct ClipCheck {
+  CheckedClip found;
+  Result<void> kept;  // in the project
 };
 
 struct ProjectReading {
@@ -125,7 +129,7 @@ class ProjectSession {
   bool is_filming_demo() const;
 
  private:
-  void read(const std::filesystem::path& folder);
+  void read(const std::filesystem::path& folder, bool look_only = false);
   void was_read(std::shared_ptr<const ProjectContents> contents);
   void answer_consent(Consent consent);
   void refuse_consent();
@@ -156,7 +160,9 @@ class ProjectSession {
   bool loading_ = false;
   std::uint64_t readings_ = 0;
   std::optional<DamagedProject> damaged_;  // asked for, and not to be opened
-  bool changing_clips_ = false;            // the list of clips is being written
+  std::optional<std::filesystem::path> elsewhere_;
+  std::shared_ptr<const WindowLock> window_;  // of the open project; null: it is only looked at
+  bool changing_clips_ = false;               // the list of clips is being written
   bool deleting_ = false;
   std::shared_ptr<const FaceOverlay> overlay_;
   FramePicture clip_picture_, check_picture_, face_picture_;
@@ -169,8 +175,8 @@ class ProjectSession {
   std::optional<double> finish_at_s_;  // the training is being stopped to be finished with this budget
   std::shared_ptr<const SolvingCameras> solving_;
   std::chrono::steady_clock::time_point solve_watched_;  // last
-  std::shared_ptr<CheckedClip> checking_;                // being filled by the check
-  std::shared_ptr<const CheckedClip> checked_;
+  std::shared_ptr<ClipCheck> checking_;                  // being filled by the check
+  std::shared_ptr<const CheckedClip> checked_;           // newer than the contents' own; or null
   std::unique_ptr<Job> demo_, check_;
   std::unique_ptr<PipelineJob> run_;
 };

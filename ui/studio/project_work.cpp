@@ -26,8 +26,11 @@ void run_out(ProjectOptions& options, double budget_s) {
 
 void ProjectSession::tick() {
   take_demo();
-  if (check_ && checking_ && check_->status().state == JobState::done)
-    checked_ = std::exchange(checking_, nullptr);
+  if (check_ && checking_ && check_->status().state == JobState::done) {
+    const auto done = std::exchange(checking_, nullptr);
+    checked_ = {done, &done->found};
+    if (!done->kept) context_.notices.message = done->kept.error().what;
+  }
   if (!run_) return;
   open_.pipeline = run_->status();
   watch_solve();
@@ -228,16 +231,19 @@ void ProjectSession::drop_check() {
 
 void ProjectSession::check_clip() {
   drop_check();
-  checking_ = std::make_shared<CheckedClip>();
+  checking_ = std::make_shared<ClipCheck>();
   check_ = std::make_unique<Job>(
-      [options = open_.contents->project.options, into = checking_](
+      [options = open_.contents->project.options, folder = open_.folder, into = checking_](
           const Progress& progress, std::stop_token stop) -> Result<std::string> {
         const auto measures =
             measure_clip(options.shared.video, options.shared.landmark_model, options.shared.person_network,
                          progress.stage(0, 1, "check"), stop);
         if (!measures) return measures.error();
-        *into = {judge_capture(*measures), clip_facts(*measures)};
-        return std::string(verdict_words(into->verdict.verdict));
+        const auto hash = hash_video(options.shared.video);
+        if (!hash) return hash.error();
+        into->found = {*hash, judge_capture(*measures), clip_facts(*measures)};
+        into->kept = write_checked_clip(checked_clip_path(folder), into->found);
+        return std::string(verdict_words(into->found.verdict));
       },
       context_.wake);
 }

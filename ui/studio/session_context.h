@@ -24,8 +24,10 @@ struct OpenProject {
   std::filesystem::path folder;                     // of the open or opening project; empty: there is none
   std::shared_ptr<const ProjectContents> contents;  // null: none is open
   PipelineStatus pipeline;                          // of the last tick
+  bool look_only = false;  // another window shows it, too: nothing is saved from here
 
   bool is_running() const { return is_working(pipeline.job); }  // its stages are at work
+  bool may_change() const { return !is_running() && !look_only; }
 };
 
 struct ShownStep {

@@ -147,20 +147,44 @@ std::string_view step_words(Step step) {
   return kWords[std::size_t(step)];
 }
 
-void add_verdict(const JobStatus& checking, const CaptureVerdict* verdict, StepView& step) {
-  if (step.state != StepState::to_do) return;
-  if (is_working(checking)) {
-    step.state = StepState::running;
-    step.text = "Looking at the clip";
-    step.fraction = checking.fraction;
-    step.seconds_left = checking.seconds_left;
-  } else if (verdict) {
-    step.found = verdict_words(verdict->verdict);
-    if (verdict->verdict == Verdict::ready) return;
-    step.state = StepState::needs_you;
-    step.next = verdict->verdict == Verdict::refilm ? "Film again, or go on and see how it turns out."
-                                                    : "Look at the remarks, then make the avatar.";
+bool was_interrupted(const ProjectContents& contents, Stage stage) {
+  const StageState state = contents.project.record(stage).state;
+  return !contents.is_current(stage) && (state == StageState::stopped || state == StageState::running);
+}
+
+Step opening_step(const ProjectContents& contents) {
+  for (const Step step : {Step::check, Step::cameras, Step::face, Step::train})
+    for (const Stage stage : stages_of(step))
+      if (was_interrupted(contents, stage) ||
+          (!contents.is_current(stage) && contents.project.record(stage).state == StageState::failed))
+        return step;
+  return contents.avatar ? Step::direct : Step::film;
+}
+
+void add_verdict(const JobStatus& checking, const CaptureVerdict* verdict,
+                 std::array<StepView, kSteps.size()>& steps) {
+  StepView &film = steps[std::size_t(Step::film)], &check = steps[std::size_t(Step::check)];
+  const bool imported = check.state == StepState::done,
+             made = steps[std::size_t(Step::train)].state == StepState::done;
+  if (is_working(checking) && check.state == StepState::to_do) {
+    check.state = StepState::running;
+    check.text = "Looking at the clip";
+    check.fraction = checking.fraction;
+    check.seconds_left = checking.seconds_left;
   }
+  if (is_working(checking) || !verdict) return;
+  const bool again = verdict->verdict == Verdict::refilm;
+  const std::string next = verdict->faceless ? "Open another clip."
+                           : again           ? "Open another clip, or go on and see how it turns out."
+                                             : "Look at the remarks, then make the avatar.";
+  if (check.state == StepState::to_do) {
+    check.found = verdict_words(*verdict);
+    if (verdict->verdict != Verdict::ready) check.state = StepState::needs_you, check.next = next;
+  } else if (imported && again) {
+    check.found = std::string(verdict_words(*verdict)) + " " + check.found;
+    check.state = StepState::needs_you, check.next = next;
+  }
+  if (again && !made && film.state == StepState::done) film.state = StepState::needs_you, film.next = next;
 }
 
 std::array<StepView, kSteps.size()> view_steps(const ProjectContents* contents, bool loading,

@@ -49,7 +49,15 @@ std::array<StepView, kSteps.size()> view_steps(const ProjectContents* contents, 
                                                const PipelineStatus& pipeline, const JobStatus& exporting,
                                                const std::filesystem::path& exported);
 
-// What the capture check says of a clip that is not imported yet, in its step.
-void add_verdict(const JobStatus& checking, const CaptureVerdict* verdict, StepView& step);
+// Whether the stage was at work and did not come to its end: stopped, or ended with the program.
+bool was_interrupted(const ProjectContents& contents, Stage stage);
+
+// Where a project opens: at the work that was interrupted or failed, else at its avatar, else at its clip.
+Step opening_step(const ProjectContents& contents);
+
+// What the capture check says of the clip: in its own step, and in the first one while another clip could
+// still be taken instead. verdict: null where nobody looked.
+void add_verdict(const JobStatus& checking, const CaptureVerdict* verdict,
+                 std::array<StepView, kSteps.size()>& steps);
 
 }  // namespace likeness::ui

@@ -17,6 +17,12 @@ namespace {
 // Seconds until the window looks again.
 constexpr double kPlaying_s = 0.03, kDriving_s = 0.25, kSettling_s = 0.25, kWorking_s = 1.0, kIdle_s = 2.0;
 
+// What the capture check says of the clip, where another could be filmed instead: of no demo.
+const CaptureVerdict* verdict_that_counts(const Snapshot& s) {
+  if (!s.project.contents || s.project.contents->project.consent == Consent::no_real_person) return nullptr;
+  return s.project.verdict.get();
+}
+
 // Which commands make sense with what is shown.
 Situation situation_of(const Snapshot& s) {
   const ProjectContents* contents = s.project.contents.get();
@@ -27,6 +33,7 @@ Situation situation_of(const Snapshot& s) {
   now.project = contents != nullptr;
   now.clip_there = contents && (contents->clip || contents->capture);
   now.clip_missing = contents && !contents->clip;
+  now.look_only = s.project.look_only;
   now.damaged = !contents && s.project.damaged;
   now.repairable = now.damaged && !s.project.damaged->newer;
   now.running = is_working(pipeline.job) || is_working(demo);
@@ -34,6 +41,9 @@ Situation situation_of(const Snapshot& s) {
   now.training = is_working(pipeline.job) && pipeline.stage == Stage::train && !pipeline.training.empty();
   now.finished = contents && std::ranges::all_of(contents->current, std::identity{}) &&
                  std::ranges::none_of(contents->stale, std::identity{});
+  now.interrupted = contents && !now.running && std::ranges::any_of(kStages, [&](Stage stage) {
+                      return was_interrupted(*contents, stage);
+                    });
   now.avatar = contents && contents->avatar;
   now.exporting = std::ranges::any_of(s.exports.items, [](const ExportItem& item) {
     return item.status.state == JobState::none || is_working(item.status);
@@ -43,7 +53,7 @@ Situation situation_of(const Snapshot& s) {
   now.directing = s.shown == Step::direct;
   now.masking = s.shown == Step::cameras && s.masks.shown && !s.masks.frames->empty() && contents;
   now.choosing = s.shown == Step::check && contents;
-  const bool may_choose = now.choosing && !now.running;
+  const bool may_choose = now.choosing && !now.running && !now.look_only;
   now.can_undo = now.masking    ? s.masks.can_undo
                  : now.choosing ? may_choose && s.project.can_undo_camera
                                 : !directing.undo_name.empty();
@@ -56,6 +66,9 @@ Situation situation_of(const Snapshot& s) {
   now.pose_copied = directing.pose_copied;
   now.driven = s.direct.live.on;
   now.consent = contents && contents->project.consent != Consent::not_asked;
+  const CaptureVerdict* verdict = verdict_that_counts(s);
+  now.film_again = verdict && verdict->verdict == Verdict::refilm;
+  now.faceless = verdict && verdict->faceless && !contents->capture;
   now.studying = is_working(s.study.job);
   now.can_study = contents && s.study.missing.empty() && !s.study.choice.tables.empty();
   now.studied = s.study.finished != nullptr;
@@ -121,6 +134,8 @@ void Studio::tick() {
   study_.tick();
   if (const auto clip = recorder_.tick()) project_.open_clip(*clip, Consent::not_asked);
   project_.tick();
+  const Directing& now = direct_.directing();
+  if (shown_.step == Step::export_out) exports_.show_first({now.performance(), now.playhead_s(), {}});
 }
 
 Snapshot Studio::snapshot() const {
@@ -133,7 +148,7 @@ Snapshot Studio::snapshot() const {
   s.exports = exports_.view();
   s.steps = view_steps(s.project.contents.get(), s.project.loading, s.project.pipeline, s.exports.status,
                        s.exports.written);
-  add_verdict(s.project.checking, s.project.verdict.get(), s.steps[std::size_t(Step::check)]);
+  if (s.project.contents) add_verdict(s.project.checking, verdict_that_counts(s), s.steps);
   s.shown = shown_.step;
   s.situation = situation_of(s);
   s.settings = settings_;

@@ -142,6 +142,24 @@ TEST(Verdict, UnreadableFaceIsNotReportedAsMissingExpressions) {
   EXPECT_EQ(verdict.verdict, Verdict::usable);
 }
 
+// As few faces as import refuses (kLeastFaceShare): others can be made, if badly.
+TEST(Verdict, AClipWithoutAFaceMakesNoAvatarAtAll) {
+  const auto with_faces = [](int every) {
+    return spoilt([&](ClipMeasures& clip) {
+      for (std::size_t i = 0; i < clip.looks.size(); ++i)
+        if (every == 0 || i % std::size_t(every) != 0)
+          clip.looks[i].face.reset(), clip.looks[i].posed = false;
+    });
+  };
+  for (const int every : {0, 11}) {
+    EXPECT_TRUE(with_faces(every).faceless) << every;
+    EXPECT_EQ(with_faces(every).verdict, Verdict::refilm) << every;
+    EXPECT_NE(verdict_words(with_faces(every)).find("no face"), std::string_view::npos) << every;
+  }
+  EXPECT_FALSE(with_faces(8).faceless);
+  EXPECT_FALSE(judge_capture(good_clip()).faceless);
+}
+
 TEST(Verdict, AnUndecodedClipIsJudgedWithoutACrash) { EXPECT_EQ(judge_capture({}).verdict, Verdict::refilm); }
 
 TEST(Verdict, NamesAreDistinct) {

@@ -29,10 +29,12 @@ TEST(SetOrbit, GoesToBothSidesAndEndsWhereItBegan) {
   EXPECT_FLOAT_EQ(value_at(performance, "camera distance", 8), 0.6f);
 }
 
-TEST(OrbitRange, IsTheSeenRangeWithinLimits) {
-  const ValueRange range = orbit_range({{"camera yaw", {-80, 3}}});
-  EXPECT_EQ(range.low, -45);
-  EXPECT_EQ(range.high, 10);
+TEST(OrbitRange, IsWhatHoldsOrWasSeenWithinLimits) {
+  const std::map<std::string, ValueRange> limits{{"camera yaw", {-80, 3}}};
+  EXPECT_EQ(orbit_range(limits, false).low, -45);
+  EXPECT_EQ(orbit_range(limits, false).high, 10);
+  EXPECT_EQ(orbit_range(limits, true).low, -45);
+  EXPECT_EQ(orbit_range(limits, true).high, 3) << "beyond that it was found to fail";
 }
 
 }  // namespace

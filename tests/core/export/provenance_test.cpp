@@ -10,6 +10,7 @@
 #include "core/export/mark.h"
 #include "core/export/write_film.h"
 #include "core/image/files.h"
+#include "core/project/consent.h"
 #include "core/render/camera_path.h"
 #include "core/video/copy_sound.h"
 #include "tests/core/export/tiny_project.h"
@@ -46,6 +47,7 @@ class ProvenanceOfFiles : public testing::Test {
     EXPECT_EQ(facts.at("project"), "someone");
     EXPECT_EQ(facts.at("avatar_hash"), hash_);
     EXPECT_EQ(facts.at("made_at"), "2023-11-14T22:13:20Z");
+    EXPECT_EQ(facts.at("consent"), consent_name(Consent::not_asked));
   }
 
   TinyProject project_;
@@ -59,10 +61,20 @@ TEST_F(ProvenanceOfFiles, OpenImageIOReadsItFromAPng) {
     const OIIO::ImageSpec& spec = input->spec();
     expect_facts(json::parse(spec.get_string_attribute("Provenance")));
     EXPECT_THAT(spec.get_string_attribute("ImageDescription"), HasSubstr("Synthetic media"));
+    EXPECT_THAT(spec.get_string_attribute("ImageDescription"), HasSubstr("agreed was not answered"));
     std::vector<unsigned char> pixels(std::size_t(spec.width) * std::size_t(spec.height) *
                                       std::size_t(spec.nchannels));
     EXPECT_TRUE(input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, pixels.data()));
   }
+}
+
+TEST_F(ProvenanceOfFiles, ThatSomebodyAgreedIsSaidToo) {
+  ASSERT_TRUE(change_project(project_.folder(), [](Project& p) { p.consent = Consent::given; }).ok());
+  const auto input = OIIO::ImageInput::open(film("still.png", 1).string());
+  ASSERT_NE(input, nullptr);
+  const json facts = json::parse(input->spec().get_string_attribute("Provenance"));
+  EXPECT_EQ(facts.at("consent"), "given");
+  EXPECT_THAT(input->spec().get_string_attribute("ImageDescription"), Not(HasSubstr("agreed")));
 }
 
 TEST_F(ProvenanceOfFiles, EveryPictureOfASequenceHasIt) {

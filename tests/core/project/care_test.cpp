@@ -44,6 +44,7 @@ class Care : public testing::Test {
                              "plate.json",
                              "matte_report.json",
                              "training_curve.json",
+                             "check.json",
                              "track_first.json",
                              "detail.npz",
                              "room.bin",
@@ -86,6 +87,8 @@ TEST_F(Care, ADeletedPersonLeavesTheClipAndNothingElse) {
   EXPECT_GT(deleted->bytes, 10u);
   EXPECT_FALSE(fs::exists(folder_));
   EXPECT_EQ(*read_text(clip_), "the clip");
+  EXPECT_NE(deletion_words(*deleted).find("The clip stays"), std::string::npos);
+  EXPECT_NE(deletion_words(*deleted).find(clip_.string()), std::string::npos);
 }
 
 TEST_F(Care, StrokesGoWithThePersonWhateverElseIsKept) {

@@ -60,12 +60,14 @@ TEST_F(LinksInside, AtEveryNameOfAProjectOneIsToldAndNotEntered) {
                            "checkpoint.bin",
                            "avatar.bin",
                            "training_curve.json",
+                           "check.json",
                            "attributes.json",
                            "performance.json",
                            "track_first.json",
                            "refits.json",
                            "track.changed.json",
-                           ".lock"}) {
+                           ".lock",
+                           ".window"}) {
     const fs::path link = folder() / name;
     fs::remove_all(link);
     fs::create_symlink(root_ / "theirs", link);

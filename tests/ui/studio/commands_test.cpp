@@ -77,6 +77,19 @@ TEST(Commands, NothingElseIsMadeWhileMethodsAreCompared) {
   EXPECT_FALSE(is_enabled(Command::start_study, now));
 }
 
+TEST(Commands, AProjectThatIsOnlyLookedAtIsNotChanged) {
+  Situation now{.project = true, .clip_there = true, .consent = true};
+  now.avatar = now.directing = now.can_check = now.can_study = now.clip_missing = true;
+  const std::array changing{Command::make_avatar,  Command::check_clip,   Command::start_study,
+                            Command::add_clip,     Command::find_clip,    Command::delete_person,
+                            Command::export_still, Command::export_driven};
+  for (const Command c : changing) EXPECT_TRUE(is_enabled(c, now)) << command_info(c).words;
+  now.look_only = true;
+  for (const Command c : changing) EXPECT_FALSE(is_enabled(c, now)) << command_info(c).words;
+  EXPECT_TRUE(is_enabled(Command::play, now));
+  EXPECT_TRUE(is_enabled(Command::close_project, now));
+}
+
 TEST(Commands, StrokesAreTakenBackBeforeThereIsAnAvatar) {
   Situation now{.project = true};
   now.can_undo = now.can_redo = true;

@@ -61,6 +61,19 @@ TEST_F(DirectSessionTest, APerformanceIsWrittenBeforeItsProjectCloses) {
   EXPECT_TRUE(session_.view().directing.undo_name.empty());
 }
 
+TEST_F(DirectSessionTest, NothingIsSavedOfAProjectThatIsOnlyLookedAt) {
+  home_.open.look_only = true;
+  session_.open();
+  edit(turned(20));
+  session_.save_all();
+  session_.close();
+  EXPECT_FALSE(fs::exists(file()));
+  ASSERT_TRUE(write_text(file(), "{ no performance").ok());
+  session_.open();
+  ASSERT_TRUE(until([this] { return home_.notices.error.has_value(); }));
+  EXPECT_TRUE(fs::exists(file())) << "the other window may be writing it";
+}
+
 TEST_F(DirectSessionTest, APerformanceThatCannotBeReadIsPutAside) {
   ASSERT_TRUE(write_text(file(), "{ no performance").ok());
   session_.open();

@@ -57,7 +57,7 @@ TEST(ExportOrder, AChoiceIsMadePossible) {
   EXPECT_EQ(settled(choice, {}, avatar).ground, ExportGround::room);
   ViewPoint turned;
   turned.yaw = 0.2;
-  EXPECT_EQ(settled(choice, turned, avatar).ground, ExportGround::light);
+  EXPECT_EQ(settled(choice, {turned}, avatar).ground, ExportGround::light);
   choice = {.kind = ExportKind::mesh, .mesh = MeshForm::ply, .moving = true};
   EXPECT_EQ(settled(choice, {}, avatar).mesh, MeshForm::glb);
 }
@@ -151,9 +151,9 @@ TEST(ExportOrder, WhatWasDirectedIsFilmedAtTheRateAskedFor) {
   EXPECT_EQ(fs::path(*mesh).extension(), ".glb");
   // The room is known from one place only.
   set_key(performance, "camera yaw", {0, 20});
-  const auto moved = write(choice, contents, performance);
-  ASSERT_FALSE(moved.ok());
-  EXPECT_EQ(moved.error().code, ErrorCode::bad_input);
+  EXPECT_EQ(settled(choice, directed_scene(performance, {}), contents->avatar->avatar).ground,
+            ExportGround::light);
+  EXPECT_TRUE(write(choice, contents, performance).ok());
   // A room that a moving camera taught is known from everywhere.
   const auto walked = tiny_contents(project.folder(), true);
   const auto in_room = write(choice, walked, performance);
@@ -163,10 +163,71 @@ TEST(ExportOrder, WhatWasDirectedIsFilmedAtTheRateAskedFor) {
   // A file of one goes before the project's own.
   choice.performance = project.root / "keys.json";
   EXPECT_FALSE(write(choice, contents, performance).ok());
+  ASSERT_TRUE(write_performance(choice.performance, performance).ok());
+  const fs::path out = project.folder() / "exports" / "moved.mp4";
+  const auto said =
+      write_order({choice, contents, std::make_shared<const Performance>(), 0, out}, Progress(), {});
+  ASSERT_TRUE(said.ok()) << said.error().what;
+  EXPECT_THAT(*said, testing::HasSubstr("light background")) << "what stands behind was not chosen";
   performance.channels.clear();
   set_key(performance, "head yaw", {0, 10});
   ASSERT_TRUE(write_performance(choice.performance, performance).ok());
   EXPECT_TRUE(write(choice, contents).ok());
+}
+
+// What Direct shows, Export writes: the wall, also of a view that zooms where the camera stood.
+TEST(ExportOrder, TheWallIsBehindAStillUnlessItsCameraMoved) {
+  const likeness::test::TinyProject project;
+  auto contents = std::make_shared<ProjectContents>(*tiny_contents(project.folder()));
+  Avatar avatar = contents->avatar->avatar;
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) std::fill_n(avatar.plate.at(x, y), 3, std::uint8_t(x < 24 ? 0 : 255));
+  contents->avatar = ProjectAvatar::make(std::move(avatar), contents->avatar->model, {});
+  const auto at_20 = [&](const char* channel, float value) {
+    Performance performance;
+    if (*channel) set_key(performance, channel, {0, value});
+    const ViewPoint view = direct_moment(contents->avatar->directed, performance, 0).view;
+    const ExportChoice choice =
+        settled({.kind = ExportKind::still}, directed_scene(performance, view), contents->avatar->avatar);
+    const auto written = write(choice, contents, performance);
+    EXPECT_TRUE(written.ok());
+    const auto still = written ? read_image(*written) : Result<Image8>(written.error());
+    EXPECT_TRUE(still.ok());
+    const ExportOrder order{choice, contents, std::make_shared<const Performance>(performance), 0, {}};
+    const auto first = first_picture(order);
+    EXPECT_TRUE(first.ok() && still.ok());
+    if (!first || !still) return -1;
+    EXPECT_EQ(first->width, still->width);
+    EXPECT_NEAR(int(first->at(20, 1)[0]), int(still->at(20, 1)[0]), 12) << channel;
+    return int(still->at(20, 1)[0]);
+  };
+  EXPECT_LT(at_20("", 0), 40);
+  EXPECT_GT(at_20("camera zoom", 2), 215) << "twice as large about the middle: column 26 of the wall";
+  EXPECT_NEAR(at_20("camera yaw", 20), 0xe6, 40) << "nobody saw the wall from there";
+}
+
+TEST(ExportOrder, AnOrbitGoesAsFarAsTheAvatarHolds) {
+  const auto contents = tiny_contents("/nowhere");
+  EXPECT_EQ(orbit_of(*contents->avatar).high, 25) << "nothing is known of it";
+  Avatar avatar = contents->avatar->avatar;
+  avatar.holds = HoldingRange{.yaw_low = {-9, "torn"}, .yaw_high = {4, "torn"}};
+  const auto checked = ProjectAvatar::make(std::move(avatar), contents->avatar->model, {});
+  ASSERT_NE(checked, nullptr);
+  EXPECT_NEAR(orbit_of(*checked).low, -9, 0.5);
+  EXPECT_NEAR(orbit_of(*checked).high, 4, 0.5);
+}
+
+TEST(ExportOrder, WhatWasOnlySettledStaysAsItWasWished) {
+  const Avatar avatar = likeness::test::filmed_avatar();
+  const ExportChoice wished;
+  ExportChoice orbit = settled(wished, {}, avatar);
+  orbit.kind = ExportKind::orbit;
+  const ExportChoice then = with_wishes(wished, settled(wished, {}, avatar), orbit);
+  EXPECT_EQ(settled(then, {}, avatar).ground, ExportGround::light);
+  ExportChoice still = settled(then, {}, avatar);
+  still.kind = ExportKind::still;
+  EXPECT_EQ(settled(with_wishes(then, settled(then, {}, avatar), still), {}, avatar).ground,
+            ExportGround::room);
 }
 
 TEST(ExportOrder, AStoppedSequenceLeavesNoFolder) {

@@ -91,6 +91,95 @@ TEST_F(ProjectSessionTest, AClipWhosePicturesAreDamagedSaysSoAndWhatToDo) {
   EXPECT_NE(picture.missing.find("Copy it again"), std::string::npos) << picture.missing;
 }
 
+// As a look at the clip left it (tests/ui/studio_path_test.cpp has one to the end).
+TEST_F(ProjectSessionTest, AKeptVerdictCountsUntilTheClipIsAnother) {
+  const fs::path clip = home_.project.root / "bars.mp4";
+  write_clip(clip, 64, 48, 40);
+  auto project = open_project(home_.project.folder());
+  ASSERT_TRUE(project.ok());
+  project->options.shared.video = clip, project->consent = Consent::own;
+  project->options.shared.landmark_model = "absent.dat";  // a look ends at once
+  ASSERT_TRUE(save_project(*project).ok());
+  CheckedClip kept{.clip_hash = *hash_video(clip)};
+  kept.verdict = {.verdict = Verdict::refilm, .faceless = true};
+  kept.facts.camera.evidence = "It rests.";
+  ASSERT_TRUE(write_checked_clip(checked_clip_path(home_.project.folder()), kept).ok());
+  open();
+  EXPECT_EQ(session_.view().checking.state, JobState::none) << "it was looked at before";
+  ASSERT_NE(session_.view().verdict, nullptr);
+  EXPECT_TRUE(session_.view().verdict->faceless);
+  EXPECT_EQ(session_.view().checked->camera.evidence, "It rests.");
+  session_.close();
+  EXPECT_EQ(session_.view().verdict, nullptr);
+  // Another clip under the same name is looked at.
+  write_clip(clip, 64, 48, 50);
+  open();
+  EXPECT_EQ(session_.view().verdict, nullptr);
+  EXPECT_NE(session_.view().checking.state, JobState::none);
+}
+
+TEST_F(ProjectSessionTest, AnInterruptedTrainingIsShownWithTheTimeThatIsLeft) {
+  write_clip(home_.project.root / "clip.mp4", 64, 48, 40);
+  auto project = open_project(home_.project.folder());
+  ASSERT_TRUE(project.ok());
+  project->options.shared.video = home_.project.root / "clip.mp4";
+  project->options.train.budget_s = 120;
+  project->record(Stage::train) = {.state = StageState::stopped,
+                                   .input_hash = input_hash(*project, Stage::train)};
+  ASSERT_TRUE(save_project(*project).ok());
+  TrainingCurve curve;
+  curve.training = {{10, 45, 0.01, 20, 1000}, {20, 90, 0.01, 22, 1000}};
+  ASSERT_TRUE(write_training_curve(training_curve_path(*project), curve).ok());
+  ASSERT_TRUE(write_text(checkpoint_path(*project), "of step 20").ok());
+  const auto seconds = [this] {
+    const Plan& plan = home_.open.contents->plan;
+    EXPECT_TRUE(plan.forecast.has_value());
+    return std::pair(plan.seconds, plan.forecast->total_seconds());
+  };
+  open();
+  EXPECT_EQ(home_.shown.step, Step::train);
+  const auto [left, whole] = seconds();
+  EXPECT_NEAR(left, whole - 0.75 * home_.open.contents->plan.forecast->seconds[std::size_t(Stage::train)],
+              0.1);
+  // Another choice, and the training begins anew.
+  session_.close();
+  project->options.train.use_latent = !project->options.train.use_latent;
+  ASSERT_TRUE(save_project(*project).ok());
+  open();
+  EXPECT_NEAR(seconds().first, whole, 0.1);
+}
+
+// Two windows that save the same files: the later one would undo what was done in the other.
+TEST_F(ProjectSessionTest, AProjectOfAnotherWindowIsAskedAboutAndOnlyLookedAt) {
+  const std::string text = *read_text(home_.project.folder() / "project.json");
+  auto others = std::make_unique<WindowLock>(home_.project.folder());
+  EXPECT_FALSE(others->is_others());
+  session_.open(home_.project.folder());
+  ASSERT_TRUE(until([this] { return session_.view().elsewhere.has_value(); }));
+  EXPECT_EQ(home_.open.contents, nullptr);
+  session_.apply({.look_only = false});
+  EXPECT_FALSE(session_.view().elsewhere.has_value());
+  session_.open(home_.project.folder());
+  ASSERT_TRUE(until([this] { return session_.view().elsewhere.has_value(); }));
+  session_.apply({.look_only = true});
+  ASSERT_TRUE(until([this] { return home_.open.contents != nullptr; }));
+  EXPECT_TRUE(session_.view().look_only);
+  session_.apply({.consent = Consent::own, .picture_size = 128});
+  session_.make_avatar();
+  session_.read_again();
+  ASSERT_TRUE(until([this] { return !session_.view().loading; }));
+  EXPECT_TRUE(session_.view().look_only);
+  EXPECT_EQ(*read_text(home_.project.folder() / "project.json"), text);
+  // Once the other is closed, this one has it.
+  session_.close();
+  others.reset();
+  open();
+  EXPECT_FALSE(session_.view().look_only);
+  EXPECT_TRUE(WindowLock(home_.project.folder()).is_others());
+  session_.close();
+  EXPECT_FALSE(WindowLock(home_.project.folder()).is_others());
+}
+
 TEST_F(ProjectSessionTest, ClosingIsAnnouncedWhileTheProjectIsOpen) {
   open();
   session_.close();

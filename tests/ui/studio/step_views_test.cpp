@@ -112,20 +112,52 @@ TEST(ViewSteps, TheStepAtWorkShowsItsOwnProgress) {
   EXPECT_EQ(at(steps, Step::train).state, StepState::to_do);
 }
 
-TEST(AddVerdict, SpeaksOfAClipThatIsNotImportedOnly) {
-  StepView fresh_step;
-  add_verdict({.state = JobState::running, .fraction = 0.5}, nullptr, fresh_step);
-  EXPECT_EQ(fresh_step.state, StepState::running);
-  const CaptureVerdict refilm{Verdict::refilm, {}}, ready{Verdict::ready, {}};
-  StepView warned, calm, done{.state = StepState::done, .found = "300 frames."};
-  add_verdict({}, &refilm, warned);
-  EXPECT_EQ(warned.state, StepState::needs_you);
-  EXPECT_FALSE(warned.next.empty());
-  add_verdict({}, &ready, calm);
-  EXPECT_EQ(calm.state, StepState::to_do);
-  EXPECT_FALSE(calm.found.empty());
-  add_verdict({}, &refilm, done);
-  EXPECT_EQ(done.found, "300 frames.");
+TEST(OpeningStep, IsWhereTheWorkGoesOn) {
+  ProjectContents contents = fresh();
+  EXPECT_EQ(opening_step(contents), Step::film);
+  contents.current.fill(true);
+  contents.current[std::size_t(Stage::train)] = false;
+  for (const StageState state : {StageState::stopped, StageState::running, StageState::failed}) {
+    contents.project.record(Stage::train).state = state;
+    EXPECT_EQ(opening_step(contents), Step::train);
+    EXPECT_EQ(was_interrupted(contents, Stage::train), state != StageState::failed);
+  }
+  contents.current[std::size_t(Stage::matte)] = false;
+  contents.project.record(Stage::matte).state = StageState::stopped;
+  EXPECT_EQ(opening_step(contents), Step::face);
+  contents.current.fill(true);
+  EXPECT_EQ(opening_step(contents), Step::film);
+}
+
+TEST(AddVerdict, StandsInItsOwnStepAndInTheFirstWhileAnotherClipCouldBeTaken) {
+  ProjectContents contents = fresh();
+  contents.project.consent = Consent::own;
+  const auto judged = [&](const CaptureVerdict* verdict, const JobStatus& checking = {}) {
+    auto steps = view_steps(&contents, false, {}, {}, {});
+    add_verdict(checking, verdict, steps);
+    return steps;
+  };
+  const CaptureVerdict refilm{Verdict::refilm}, usable{Verdict::usable}, ready{Verdict::ready},
+      faceless{.verdict = Verdict::refilm, .faceless = true};
+  EXPECT_EQ(at(judged(nullptr, {.state = JobState::running, .fraction = 0.5}), Step::check).state,
+            StepState::running);
+  for (const CaptureVerdict* verdict : {&refilm, &faceless})
+    for (const Step step : {Step::film, Step::check}) {
+      EXPECT_EQ(at(judged(verdict), step).state, StepState::needs_you);
+      EXPECT_NE(at(judged(verdict), step).next.find("Open another clip"), std::string::npos);
+    }
+  EXPECT_EQ(at(judged(&usable), Step::check).state, StepState::needs_you);
+  EXPECT_EQ(at(judged(&usable), Step::film).state, StepState::done);
+  EXPECT_EQ(at(judged(&ready), Step::check).state, StepState::to_do);
+  EXPECT_FALSE(at(judged(&ready), Step::check).found.empty());
+  // Imported all the same: no tick over a red page.
+  contents.current[std::size_t(Stage::import)] = true;
+  contents.project.record(Stage::import) = {StageState::done, "0", 1, "300 frames.", {}};
+  EXPECT_EQ(at(judged(&refilm), Step::check).state, StepState::needs_you);
+  EXPECT_NE(at(judged(&refilm), Step::check).found.find("300 frames."), std::string::npos);
+  EXPECT_EQ(at(judged(&usable), Step::check).state, StepState::done);
+  contents.current.fill(true);  // nothing is left to decide
+  EXPECT_EQ(at(judged(&refilm), Step::film).state, StepState::done);
 }
 
 TEST(ViewSteps, AFailedStageDiffersFromAPausedOne) {
