@@ -57,11 +57,8 @@ int judge_command_lines(CLI::App& program) {
   return exit_code;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   using namespace likeness::app;
-  open_standard_streams();
   CLI::App program{"Likeness: from a phone video of a person to a head avatar that can be directed.",
                    "likeness"};
   program.set_version_flag("--version", LIKENESS_VERSION);
@@ -97,14 +94,23 @@ int main(int argc, char** argv) {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return after_output(program.exit(error) == 0 ? kExitDone : kExitUsage);
+  }
+  return after_output(exit_code);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace likeness::app;
+  open_standard_streams();
+  try {
+    return run(argc, argv);
   } catch (const std::bad_alloc&) {
     tell("There is not enough memory for this.\nClose other programs, or use a smaller --size.\n");
-    return kExitFailed;
   } catch (const std::exception& error) {
     if (std::ferror(stdout) != 0) return after_output(kExitDone);
     tell("Likeness met an unexpected error: {}\nPlease report it together with the clip's details.\n",
          error.what());
-    return kExitFailed;
   }
-  return after_output(exit_code);
+  return kExitFailed;
 }

@@ -92,6 +92,7 @@ Result<std::vector<FrameSpan>> find_cuts(const TrackArguments& arguments, const 
   if (!detector) return detector.error();
   const auto scan = scan_clip(arguments.video, *detector, {}, film, progress, stop_on_signals());
   if (!scan) return scan.error();
+  if (scan->fault) tell("{}\n", fault_words(*scan->fault));
   return every_shot(*scan);
 }
 

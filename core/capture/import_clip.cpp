@@ -99,6 +99,7 @@ Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const std::vector<
 std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& scan, const CropChoice& crop,
                                         std::size_t faces) {
   std::vector<std::string> warnings;
+  if (scan.fault) warnings.push_back(fault_words(*scan.fault));
   if (const PixelRect& film = capture.film; !film.empty()) {
     warnings.push_back(fmt::format(
         "The video has bars: only {} x {} px of its {} x {} were filmed, and only those are used. "
@@ -241,6 +242,7 @@ struct ServingPart {
 ServingPart serving_part(const ClipScan& whole, const std::vector<FrameSpan>& spans) {
   ServingPart part;
   part.scan.info = whole.info;
+  part.scan.fault = whole.fault;
   const std::vector<char> repeats = repeated_frames(whole.difference);
   for (std::size_t i = 0; i < whole.frames.size(); ++i) {
     if (span_of(spans, whole.frames[i].frame) < 0) continue;
@@ -441,6 +443,7 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   auto scan = look_at_clip(*reader, *detector, listeners, options.split, is_photos(video), film,
                            progress.stage(0, 0.6, "look"), stop);
   if (!scan) return scan.error();
+  scan->fault = reader->fault();
   reader->show_part({});
   Capture cut;
   cut.film = film;
@@ -455,7 +458,11 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
     options.moving = *moving;
   }
   auto capture = make_capture(video, *scan, std::move(cut), reader->info(), options);
-  if (!capture) return capture.error();
+  if (!capture) {
+    Error error = capture.error();
+    if (scan->fault) error.what = scan->fault->what + " " + error.what;
+    return error;
+  }
   if (is_photos(video))
     if (std::string unread = unread_pictures(video); !unread.empty()) capture->warnings.push_back(unread);
   if (reader->changed_shape())

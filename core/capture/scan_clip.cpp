@@ -206,7 +206,9 @@ Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetecto
   ClipScanner scanner(reader->info(), detector, look, progress);
   const FrameListener listener = scanner.listener();
   if (const auto decoded = decode_for(*reader, {&listener, 1}, stop); !decoded) return decoded.error();
-  return scanner.take(film);
+  ClipScan scan = scanner.take(film);
+  scan.fault = reader->fault();
+  return scan;
 }
 
 }  // namespace likeness

@@ -40,6 +40,7 @@ struct ClipScan {
   std::vector<float> difference;    // of the whole picture (repeated_frames.h)
   std::vector<FaceSample> samples;  // about five a second
   std::vector<FrameSketch> film;    // one a frame: what cuts are found by
+  std::optional<Error> fault{};     // why the film ends early (VideoReader::fault())
 };
 
 // Called with every sampled picture (luma only) when its face has been sought; may be empty.

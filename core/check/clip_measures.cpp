@@ -178,6 +178,7 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
   if (!scan) return scan.error();
   find_landmarks();
   measures.frames = static_cast<int>(scan->frames.size());
+  measures.fault = scan->fault;
   measures.repeated = int(std::ranges::count(repeated_frames(scan->difference), char(1)));
   if (!scan->frames.empty())
     measures.duration_s = scan->frames.back().time_s - scan->frames.front().time_s +

@@ -45,8 +45,9 @@ struct Look {
 
 struct ClipMeasures {
   VideoInfo info;
-  int frames = 0;         // decoded
-  double duration_s = 0;  // of them
+  int frames = 0;                // decoded
+  std::optional<Error> fault{};  // why they are not all (VideoReader::fault())
+  double duration_s = 0;         // of them
   std::vector<Look> looks;
   std::vector<ClipShot> shots;  // of a film that was cut, those that would serve and the others
   CameraMeasures camera;

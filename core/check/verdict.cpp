@@ -144,6 +144,7 @@ class Judge {
                      : fmt::format("The clip is {:.0f} s long.", clip_.duration_s),
                  "Film about a minute: turn the head slowly to both sides, up and down, then speak and show "
                  "expressions.");
+    if (clip_.fault) remark_all(Fault::incomplete, false, clip_.fault->what, clip_.fault->fix);
     const Findings faceless = find(clip_.looks, any, [](const Look& look) { return !look.face; });
     share_of_faces_ = clip_.looks.empty() ? 0 : 1 - faceless.share();
     remark_looks(Fault::no_face, faceless, kMaxLooks, "No face was found",
@@ -259,10 +260,10 @@ class Judge {
 }  // namespace
 
 std::string_view fault_name(Fault fault) {
-  static constexpr std::array<std::string_view, 13> kNames{
-      "no_face",       "second_person", "too_short",       "blurred",    "too_dark",
-      "too_bright",    "small_face",    "head_cut",        "few_angles", "few_expressions",
-      "light_changes", "camera_shakes", "plain_background"};
+  static constexpr std::array<std::string_view, 14> kNames{
+      "no_face",         "second_person", "too_short",     "incomplete",      "blurred",
+      "too_dark",        "too_bright",    "small_face",    "head_cut",        "few_angles",
+      "few_expressions", "light_changes", "camera_shakes", "plain_background"};
   return kNames[static_cast<std::size_t>(fault)];
 }
 

@@ -17,6 +17,7 @@ enum class Fault {
   no_face,
   second_person,
   too_short,
+  incomplete,
   blurred,
   too_dark,
   too_bright,

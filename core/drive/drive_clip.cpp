@@ -34,6 +34,7 @@ struct DriverPlace {
   TrackRegion region;
   std::vector<FrameSpan> shots = {};  // empty: one
   bool changed_shape = false;         // in the middle of the film
+  std::optional<Error> fault{};       // why it ends early
 };
 
 Result<DriverPlace> find_driver(const fs::path& video, const PixelRect& film, const fs::path& landmark_model,
@@ -44,6 +45,7 @@ Result<DriverPlace> find_driver(const fs::path& video, const PixelRect& film, co
   const auto scan = scan_clip(video, *detector, {}, film, progress, stop);
   if (!scan) return scan.error();
   place.changed_shape = std::ranges::any_of(scan->film, [](const FrameSketch& f) { return f.shape > 0; });
+  place.fault = scan->fault;
   std::error_code ignored;
   if (!fs::is_directory(video, ignored)) place.shots = every_shot(*scan);
   if (std::max(film.width, film.height) <= kWholePicture) return place;
@@ -51,7 +53,9 @@ Result<DriverPlace> find_driver(const fs::path& video, const PixelRect& film, co
   for (const FaceSample& sample : scan->samples)
     if (sample.face) faces.push_back(*sample.face);
   if (faces.empty()) {
-    return Error{ErrorCode::no_face, fmt::format("No face was found in {}.", video.filename().string()),
+    const std::string fault = scan->fault ? scan->fault->what + " " : "";
+    return Error{ErrorCode::no_face,
+                 fmt::format("{}No face was found in {}.", fault, video.filename().string()),
                  "Use a driving clip in which the face is close and well lit.", video.string()};
   }
   const SquareCrop crop = choose_crop(faces, film).crop;
@@ -87,6 +91,7 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
   const auto place = find_driver(request.video, filmed, request.landmark_model,
                                  progress.stage(0.03, 0.15, "looking for the face"), stop);
   if (!place) return place.error();
+  if (place->fault) warnings.push_back(fault_words(*place->fault));
   if (place->changed_shape)
     warnings.push_back(
         "The picture changes its shape in the middle of the clip, as where a phone is turned or a call "

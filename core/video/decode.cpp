@@ -23,6 +23,7 @@ extern "C" {
 #include "core/base/check.h"
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/video/broken_video.h"
 #include "core/video/decoded_picture.h"
 #include "core/video/deinterlace.h"
 #include "core/video/lens_tag.h"
@@ -35,51 +36,11 @@ extern "C" {
 namespace likeness {
 namespace {
 
-constexpr std::string_view kCopyAgain =
-    "Copy it again from the phone and wait until the copy is complete; if the phone cannot play it to its "
-    "end either, film again.";
-
 std::atomic<std::int64_t> frames_decoded = 0;  // by all readers
 
 void silence_ffmpeg() {
   static std::once_flag once;
   std::call_once(once, [] { av_log_set_level(AV_LOG_QUIET); });  // what matters comes back as an Error
-}
-
-Error bad_video(const std::filesystem::path& path, std::string what, std::string_view fix) {
-  return {ErrorCode::bad_input, std::move(what), std::string(fix), path.string()};
-}
-
-Result<void> check_is_file(const std::filesystem::path& path) {
-  std::error_code failure;
-  const auto status = std::filesystem::status(path, failure);
-  if (!std::filesystem::exists(status)) {
-    return Error{ErrorCode::not_found, fmt::format("There is no video \"{}\".", path.string()),
-                 "Check the name and the folder.", path.string()};
-  }
-  if (auto plain = check_not_endless(path); !plain) return plain;
-  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, failure) == 0)
-    return bad_video(path, fmt::format("\"{}\" is empty (0 bytes).", path.filename().string()), kCopyAgain);
-  return {};
-}
-
-Error cannot_open(const std::filesystem::path& path, int error) {
-  if (error == AVERROR(ENOMEM)) throw std::bad_alloc();
-  const std::string name = path.filename().string();
-  if (error == AVERROR(EACCES) || error == AVERROR(EPERM) || error == AVERROR(EIO)) {
-    return file_error(path, "open", AVUNERROR(error));
-  }
-  const Mp4Boxes boxes = scan_mp4_boxes(path);
-  if (boxes.is_mp4 && (boxes.cut_off || !boxes.has_index)) {
-    return bad_video(
-        path,
-        fmt::format("\"{}\" is cut short before its index: the recording or the copy was not completed.",
-                    name),
-        kCopyAgain);
-  }
-  if (auto refused = refused_container(path)) return *refused;
-  return bad_video(path, fmt::format("\"{}\" is not a video that can be read ({}).", name, av_text(error)),
-                   "Choose a video as a phone records it (.mp4 or .mov).");
 }
 
 }  // namespace
@@ -107,9 +68,10 @@ struct VideoReader::Impl {
   ClipSeconds seconds;                                    // of the film that are handed out
   DecodedPictures pictures;
   VideoInfo info;
-  PixelRect part;        // of the pictures that is handed out; empty: all of them
-  VideoInfo shown;       // info of that part
-  bool cut_off = false;  // by its outermost boxes or elements
+  PixelRect part;             // of the pictures that is handed out; empty: all of them
+  VideoInfo shown;            // info of that part
+  bool cut_off = false;       // by its outermost boxes or elements
+  bool cut_fragment = false;  // so that nothing counts the pictures that are lost
   bool draining = false, ended = false;
   int read_error = 0;        // of the demuxer, if it stopped before the end
   std::int64_t packets = 0;  // of the video stream, whole
@@ -119,6 +81,7 @@ struct VideoReader::Impl {
   double last_time_s = 0;
   double clock_offset_s = 0;     // of the file's clock, which may have jumped back
   std::optional<Error> failure;  // repeated by every later next()
+  std::optional<Error> fault;    // with which the film ended, where it goes on but cannot be read further
 
   bool keeping = false;    // and all frames so far are kept
   bool replaying = false;  // frames come from `kept`
@@ -132,6 +95,7 @@ struct VideoReader::Impl {
   std::unique_ptr<AVFrame, FreeFrame> before;  // of interlaced ones, the last as it was decoded
 
   std::vector<std::filesystem::path> photos;  // of a folder; then nothing of FFmpeg is used
+  std::vector<Error> left_out;                // why, of some of them
 
   Result<void> open();
   Result<void> open_photos();
@@ -150,6 +114,7 @@ struct VideoReader::Impl {
   void forget_kept();
   double time_of_frame();
   Result<std::optional<VideoFrame>> finish();
+  ReadSoFar so_far() const;
   Error broken_off() const;
   Error damaged() const;
   bool is_incomplete() const;
@@ -159,11 +124,11 @@ Result<void> VideoReader::Impl::open() {
   silence_ffmpeg();
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) return open_photos();
-  if (const auto checked = check_is_file(path); !checked) return checked;
+  if (const auto checked = check_is_video_file(path); !checked) return checked;
   AVFormatContext* raw = nullptr;
-  if (const int error = open_container(raw, path); error < 0) return cannot_open(path, error);
+  if (const int error = open_container(raw, path); error < 0) return cannot_open_video(path, error);
   format.reset(raw);
-  if (const int error = find_stream_info(*raw); error < 0) return cannot_open(path, error);
+  if (const int error = find_stream_info(*raw); error < 0) return cannot_open_video(path, error);
   stream = picture_stream(*raw);
   if (!stream) {
     const bool sound = av_find_best_stream(raw, AVMEDIA_TYPE_AUDIO, -1, -1, nullptr, 0) >= 0;
@@ -175,28 +140,32 @@ Result<void> VideoReader::Impl::open() {
   if (avcodec_get_type(stream->codecpar->codec_id) != AVMEDIA_TYPE_VIDEO ||
       stream->codecpar->codec_id == AV_CODEC_ID_ANSI || stream->codecpar->width <= 0 ||
       stream->codecpar->height <= 0) {
-    return cannot_open(path, AVERROR_INVALIDDATA);
+    return cannot_open_video(path, AVERROR_INVALIDDATA);
   }
   for (unsigned i = 0; i < raw->nb_streams; ++i) {
     if (raw->streams[i] != stream) raw->streams[i]->discard = AVDISCARD_ALL;
   }
-  cut_off = scan_mp4_boxes(path).cut_off || is_cut_matroska(path);
+  const Mp4Boxes boxes = scan_mp4_boxes(path);
+  cut_off = boxes.cut_off || is_cut_matroska(path);
+  cut_fragment = boxes.cut_fragment;
   fill_info();
   info.focal_35mm = read_focal_35mm(path);
   if (std::int64_t(info.width) * info.height > kMaxPixels) {
-    return bad_video(path,
-                     fmt::format("\"{}\" claims pictures of {} x {} pixels, more than 8192 x 8192.",
-                                 path.filename().string(), info.width, info.height),
-                     kCopyAgain);
+    return incomplete_video(path,
+                            fmt::format("\"{}\" claims pictures of {} x {} pixels, more than 8192 x 8192.",
+                                        path.filename().string(), info.width, info.height));
   }
   return open_decoder();
 }
 
+// The first that can be read says the size of all.
 Result<void> VideoReader::Impl::open_photos() {
   auto listed = list_photos(path);
   if (!listed) return listed.error();
   photos = std::move(*listed);
-  const auto first = read_photo(photos.front());
+  Result<Image8> first = read_photo(photos.front());
+  for (std::size_t i = 1; !first && may_leave_out(first.error(), i, photos.size()); ++i)
+    first = read_photo(photos[i]);
   if (!first) return first.error();
   info.width = first->width;
   info.height = first->height;
@@ -207,26 +176,34 @@ Result<void> VideoReader::Impl::open_photos() {
   return {};
 }
 
+// One that is damaged or of another size is left out.
 Result<std::optional<VideoFrame>> VideoReader::Impl::next_photo() {
-  next_index = (std::max(next_index, first) + stride - 1) / stride * stride;
-  if (std::size_t(next_index) >= photos.size() || next_index > last) {
-    ended = true;
-    return std::optional<VideoFrame>();
+  while (true) {
+    next_index = (std::max(next_index, first) + stride - 1) / stride * stride;
+    if (std::size_t(next_index) >= photos.size() || next_index > last) {
+      ended = true;
+      if (!left_out.empty()) fault = left_out_error(left_out, photos.size());
+      return std::optional<VideoFrame>();
+    }
+    const std::filesystem::path& file = photos[std::size_t(next_index)];
+    VideoFrame result;
+    result.index = next_index++;
+    result.time_s = last_time_s = result.index;
+    auto photo = read_photo(file, &result.alpha);
+    ++frames_decoded;
+    if (photo && (photo->width != info.width || photo->height != info.height))
+      photo = other_size_error(file, *photo, info.width, info.height);
+    if (!photo) {
+      left_out.push_back(photo.error());
+      if (!may_leave_out(photo.error(), left_out.size(), photos.size())) return photo.error();
+      continue;
+    }
+    if (!part.empty()) *photo = crop(*photo, part);
+    if (!part.empty() && !result.alpha.empty()) result.alpha = crop(result.alpha, part);
+    if (pixels == VideoPixels::both) result.luma = luma_of_photo(*photo);
+    result.rgb = pixels == VideoPixels::luma ? luma_of_photo(*photo) : std::move(*photo);
+    return std::optional<VideoFrame>(std::move(result));
   }
-  const std::filesystem::path& file = photos[std::size_t(next_index)];
-  VideoFrame result;
-  auto photo = read_photo(file, &result.alpha);
-  if (!photo) return photo.error();
-  ++frames_decoded;
-  if (photo->width != info.width || photo->height != info.height)
-    return other_size_error(file, *photo, info.width, info.height);
-  result.index = next_index++;
-  result.time_s = last_time_s = result.index;
-  if (!part.empty()) *photo = crop(*photo, part);
-  if (!part.empty() && !result.alpha.empty()) result.alpha = crop(result.alpha, part);
-  if (pixels == VideoPixels::both) result.luma = luma_of_photo(*photo);
-  result.rgb = pixels == VideoPixels::luma ? luma_of_photo(*photo) : std::move(*photo);
-  return std::optional<VideoFrame>(std::move(result));
 }
 
 Result<void> VideoReader::Impl::open_decoder() {
@@ -447,7 +424,7 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::replay() {
 // sound's.
 bool VideoReader::Impl::is_incomplete() const {
   if (read_error != 0) return true;
-  if (cut_off) return packets < stream->nb_frames || stream->nb_frames <= 0;
+  if (cut_off) return cut_fragment || packets < stream->nb_frames || stream->nb_frames <= 0;
   const bool matroska = std::string_view(format->iformat->name).find("matroska") != std::string_view::npos;
   return matroska && own_length && stream->nb_frames <= 0 &&
          end_s < info.duration_s - std::max(1.0, 0.05 * info.duration_s);
@@ -457,32 +434,15 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::finish() {
   ended = true;
   if (is_incomplete()) return broken_off();
   if (next_index == 0) {
-    return bad_video(path,
-                     fmt::format("\"{}\" holds no frame that can be decoded.", path.filename().string()),
-                     kCopyAgain);
+    return incomplete_video(
+        path, fmt::format("\"{}\" holds no frame that can be decoded.", path.filename().string()));
   }
   return std::optional<VideoFrame>();
 }
 
-Error VideoReader::Impl::broken_off() const {
-  const std::string total =
-      info.frame_count > next_index ? fmt::format(" of about {}", info.frame_count) : "";
-  return bad_video(path,
-                   next_index == 0
-                       ? fmt::format("The video is cut short before its first frame{} is complete.", total)
-                       : fmt::format("The video is cut short after frame {}{}.", next_index, total),
-                   kCopyAgain);
-}
-
-Error VideoReader::Impl::damaged() const {
-  const std::string total =
-      info.frame_count > next_index ? fmt::format(" of about {}", info.frame_count) : "";
-  return bad_video(
-      path,
-      fmt::format("The video is damaged after frame {}{}, {:.1f} s from its start.", next_index, total,
-                  last_time_s),
-      "Copy it again from the phone; if the phone shows the same flaw, cut that part out and keep one side.");
-}
+ReadSoFar VideoReader::Impl::so_far() const { return {next_index, info.frame_count, last_time_s}; }
+Error VideoReader::Impl::broken_off() const { return cut_short_error(path, so_far()); }
+Error VideoReader::Impl::damaged() const { return damaged_error(path, so_far()); }
 
 Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPixels pixels,
                                       VideoFrames frames) {
@@ -527,9 +487,21 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
     }
   };
   auto result = step();
-  if (!result) reader.failure = result.error();
+  if (result) return result;
+  const bool of_the_film = reader.photos.empty() && result.error().code == ErrorCode::bad_input;
+  if (of_the_film && reader.next_index >= kFewestBeforeFault) {
+    reader.fault = result.error();
+    reader.fault->what += " Only what comes before is used.";
+    reader.ended = true;
+    return std::optional<VideoFrame>();
+  }
+  reader.failure = result.error();
   return result;
 }
+
+const std::optional<Error>& VideoReader::fault() const { return impl_->fault; }
+
+std::string fault_words(const Error& fault) { return fault.what + " " + fault.fix; }
 
 bool VideoReader::changed_shape() const { return impl_->pictures.changed_shape(); }
 PixelRect VideoReader::shape_part(int shape) const { return impl_->pictures.part_of(shape); }

@@ -59,8 +59,11 @@ Result<VideoInfo> probe_video(const std::filesystem::path& path);
 // what reading a clip costs, for tests and measurements.
 std::int64_t decoded_frames();
 
-// Sequential reader. next() gives nullopt at the true end; a truncated file is an Error of code bad_input
-// naming the last good frame.
+// Up to which second a film is used, or which photographs are left out, and what to do, in sentences.
+std::string fault_words(const Error& fault);
+
+// Sequential reader. next() gives nullopt at the end. A film that is cut short or damaged ends there, and
+// fault() tells; where fewer than 30 frames precede, it is an Error of code bad_input naming the last one.
 class VideoReader {
  public:
   static Result<VideoReader> open(const std::filesystem::path& path, VideoPixels pixels = VideoPixels::rgb,
@@ -74,6 +77,9 @@ class VideoReader {
   bool changed_shape() const;
   // Where pictures of this shape, which was seen, lie in the film's; px of all of it.
   PixelRect shape_part(int shape) const;
+  // Once the end was reached: why it came before the film's own, or why photographs were left out; nullopt:
+  // neither is so.
+  const std::optional<Error>& fault() const;
   // From the next frame on: delivers only this part of the pictures, whose size info() then has; an empty
   // one: all of them. Lasts through rewind().
   void show_part(const PixelRect& part);

@@ -168,6 +168,18 @@ Image8 luma_of_photo(const Image8& rgb) {
   return luma;
 }
 
+bool may_leave_out(const Error& error, std::size_t count, std::size_t all) {
+  return error.code == ErrorCode::bad_input && 2 * count <= all;
+}
+
+Error left_out_error(const std::vector<Error>& left_out, std::size_t all) {
+  const Error& first = left_out.front();
+  return {ErrorCode::bad_input,
+          fmt::format("{} of {} photographs are left out, {} first: {}", left_out.size(), all,
+                      fs::path(first.where).filename().string(), first.what),
+          first.fix, first.where};
+}
+
 Error other_size_error(const fs::path& path, const Image8& photo, int width, int height) {
   return {ErrorCode::bad_input,
           fmt::format("This photograph has {} x {} px, the first one {} x {}.", photo.width, photo.height,

@@ -2,6 +2,7 @@
 // them.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -29,6 +30,12 @@ Image8 luma_of_photo(const Image8& rgb);
 
 // One hash of the names and contents of all photographs.
 Result<std::string> hash_photos(const std::filesystem::path& folder);
+
+// Whether a folder's others are read without the one that this is said of: not where the disk fails, nor
+// where more than half cannot be read or are of another size. count: of those, this one among them.
+bool may_leave_out(const Error& error, std::size_t count, std::size_t all);
+// What to tell of those that were left out.
+Error left_out_error(const std::vector<Error>& left_out, std::size_t all);
 
 // The error for a photograph whose size differs from the first one's in its folder.
 Error other_size_error(const std::filesystem::path& path, const Image8& photo, int width, int height);

@@ -103,6 +103,26 @@ TEST_F(ImportClip, RefusesAClipWithoutAFace) {
   EXPECT_EQ(entries(), 0u);
 }
 
+TEST_F(ImportClip, OfACutClipWhatComesBeforeIsUsedAndAWarningSaysUpToWhere) {
+  const auto& person = test::demo_pictures();
+  write_video(folder_ / "a.mp4", person);
+  const auto bytes = read_file(folder_ / "a.mp4");
+  ASSERT_TRUE(bytes);
+  ASSERT_TRUE(write_file(folder_ / "cut.mp4", std::span(*bytes).first(bytes->size() * 85 / 100)));
+  const auto capture = import(folder_ / "cut.mp4");
+  ASSERT_TRUE(capture) << capture.error().what;
+  EXPECT_GE(capture->frames.size(), 30u);
+  EXPECT_LT(capture->frames.size(), person.size());
+  EXPECT_THAT(capture->warnings, testing::Contains(testing::AllOf(HasSubstr("is cut short after frame"),
+                                                                  HasSubstr("Only what comes before"))));
+  // Of one that does not serve, the cut is told, too.
+  write_video(folder_ / "b.mp4", tiles(60));
+  const auto wall = read_file(folder_ / "b.mp4");
+  ASSERT_TRUE(write_file(folder_ / "cut.mp4", std::span(*wall).first(wall->size() * 85 / 100)));
+  EXPECT_THAT(import(folder_ / "cut.mp4").error().what,
+              testing::AllOf(HasSubstr("is cut short after frame"), HasSubstr("A face was found in 0")));
+}
+
 TEST_F(ImportClip, RefusesTooFewFrames) {
   write_video(folder_ / "a.mp4", tiles(12));
   const auto capture = import(folder_ / "a.mp4");
@@ -388,7 +408,7 @@ TEST_F(ImportFace, ATruncatedVideoLeavesAnEarlierImportAsItWas) {
   const std::size_t before = entries();
   const auto bytes = read_file(folder_ / "a.mp4");
   ASSERT_TRUE(bytes);
-  ASSERT_TRUE(write_file(folder_ / "cut.mp4", std::span(*bytes).first(bytes->size() * 7 / 10)));
+  ASSERT_TRUE(write_file(folder_ / "cut.mp4", std::span(*bytes).first(bytes->size() * 4 / 10)));
   const auto capture = import(folder_ / "cut.mp4");
   ASSERT_FALSE(capture);
   EXPECT_EQ(capture.error().code, ErrorCode::bad_input);

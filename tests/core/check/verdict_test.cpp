@@ -90,6 +90,8 @@ TEST(Verdict, EachSingleFaultIsTheOnlyOneNamed) {
               }),
               ElementsAre(Fault::light_changes));
   EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) { clip.duration_s = 4; })), ElementsAre(Fault::too_short));
+  const Error cut{ErrorCode::bad_input, "Cut short.", "Copy it again.", ""};
+  EXPECT_THAT(faults(spoilt([&](ClipMeasures& clip) { clip.fault = cut; })), ElementsAre(Fault::incomplete));
   EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) {
                 clip.camera = {false, 30, 12, {20, 0.5}, 200};
               })),
@@ -166,7 +168,7 @@ TEST(Verdict, NamesAreDistinct) {
   std::set<std::string_view> names;
   for (int f = 0; f <= static_cast<int>(Fault::plain_background); ++f)
     names.insert(fault_name(static_cast<Fault>(f)));
-  EXPECT_EQ(names.size(), 13u);
+  EXPECT_EQ(names.size(), 14u);
   EXPECT_EQ(fault_name(Fault::plain_background), "plain_background");
   EXPECT_EQ(verdict_name(Verdict::refilm), "refilm");
 }

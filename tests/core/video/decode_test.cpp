@@ -8,6 +8,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <string_view>
+
+#include <fmt/format.h>
 
 #include "core/base/files.h"
 #include "tests/core/video/tag_rotation.h"
@@ -34,7 +37,7 @@ class Decode : public InFolder {
     while (true) {
       auto frame = reader->next();
       if (!frame) return frame.error();
-      if (!*frame) return {ErrorCode::failed, "no error", "", ""};
+      if (!*frame) return reader->fault().value_or(Error{ErrorCode::failed, "no error", "", ""});
     }
   }
   static bool have_ffmpeg() { return std::system("ffmpeg -version > /dev/null 2>&1") == 0; }
@@ -270,6 +273,50 @@ TEST_F(Decode, ATruncatedFileNamesTheLastFrame) {
     EXPECT_THAT(error.what, HasSubstr("of about 80"));
     EXPECT_THAT(error.fix, HasSubstr("Copy it again"));
   }
+}
+
+// What a recorder leaves that crashed, or a copy that was not completed: whatever comes before is good.
+TEST_F(Decode, AFilmThatIsCutShortOrDamagedEndsThere) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make Matroska and fragmented files";
+  write_clip(folder_ / "a.mp4", 64, 64, 120);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -c copy -cluster_time_limit 500 b.mkv"), 0);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -c:v libx264 -g 12 -movflags frag_keyframe+empty_moov -sc_threshold 0 c.mp4"),
+            0);
+  auto damaged = *read_file(folder_ / "a.mp4");
+  std::fill(damaged.begin() + std::ptrdiff_t(damaged.size() * 0.7), damaged.end() - 100, std::byte(0x5A));
+  ASSERT_TRUE(write_file(folder_ / "d.mp4", damaged));
+  for (const fs::path& file : {cut(folder_ / "a.mp4", 0.8), cut(folder_ / "b.mkv", 0.7),
+                               cut(folder_ / "c.mp4", 0.8), folder_ / "d.mp4"}) {
+    auto reader = VideoReader::open(file);
+    ASSERT_TRUE(reader) << file << reader.error().what;
+    EXPECT_FALSE(reader->fault()) << "nothing is known yet";
+    const auto frames = frames_of(*reader);
+    EXPECT_GT(frames.size(), 50u) << file;
+    EXPECT_LT(frames.size(), 120u) << file;
+    ASSERT_TRUE(reader->fault()) << file;
+    const std::string said = fault_words(*reader->fault());
+    EXPECT_THAT(said, HasSubstr(fmt::format("after frame {}", frames.size()))) << file;
+    EXPECT_THAT(said, HasSubstr(fmt::format("{:.1f} s from its start", frames.back().second))) << file;
+    EXPECT_THAT(said, HasSubstr("Only what comes before is used.")) << file;
+    // Every reader of it finds the same end.
+    ASSERT_TRUE(reader->rewind(VideoPixels::luma));
+    EXPECT_EQ(frames_of(*reader), frames) << file;
+    EXPECT_TRUE(reader->fault()) << file;
+  }
+}
+
+// Where the last fragment's list of pictures itself is cut, nothing counts what is lost.
+TEST_F(Decode, AFilmThatIsCutWithinAFragmentsListIsCutShort) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make fragmented files";
+  write_clip(folder_ / "a.mp4", 64, 64, 60);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -c:v libx264 -g 12 -movflags frag_keyframe+empty_moov -sc_threshold 0 c.mp4"),
+            0);
+  const auto bytes = *read_file(folder_ / "c.mp4");
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::size_t last = text.rfind("moof");
+  ASSERT_NE(last, std::string_view::npos);
+  ASSERT_TRUE(write_file(folder_ / "d.mp4", std::span(bytes).first(last + 20)));
+  EXPECT_THAT(error_of(folder_ / "d.mp4").what, HasSubstr("is cut short after frame 48"));
 }
 
 TEST_F(Decode, ATruncatedFileWithItsIndexAtTheEndIsNamedIncomplete) {
@@ -515,7 +562,7 @@ TEST_F(Decode, DamageInTheMiddleIsAnErrorThatSaysWhere) {
 }
 
 TEST_F(Decode, AnErrorIsRepeatedByLaterCalls) {
-  write_clip(folder_ / "a.mp4", 128, 96, 60);
+  write_clip(folder_ / "a.mp4", 128, 96, 40);
   auto reader = VideoReader::open(cut(folder_ / "a.mp4", 0.6));
   ASSERT_TRUE(reader);
   std::string first;

@@ -239,21 +239,42 @@ TEST_F(Photos, AreUprightWhateverTheirTag) {
   }
 }
 
-TEST_F(Photos, AnOddOneAnEmptyFolderAndABrokenFileAreNamed) {
+TEST_F(Photos, AnEmptyFolderAndOneOfOddOnesAreNamed) {
   const auto empty = VideoReader::open(folder_);
   ASSERT_FALSE(empty.ok());
   EXPECT_THAT(empty.error().what, HasSubstr("a folder with 0 photographs"));
   for (const char* name : {"a.png", "b.png", "c.png"})
-    ASSERT_TRUE(write_image(folder_ / name, quadrant_frame(name[0] == 'c' ? 32 : 64, 48, 0)));
+    ASSERT_TRUE(write_image(folder_ / name, quadrant_frame(name[0] == 'a' ? 64 : 32, 48, 0)));
   auto reader = VideoReader::open(folder_);
   ASSERT_TRUE(reader.ok());
-  ASSERT_TRUE(reader->next().ok());
   ASSERT_TRUE(reader->next().ok());
   const auto odd = reader->next();
   ASSERT_FALSE(odd.ok());
   EXPECT_THAT(odd.error().what, HasSubstr("32 x 48 px"));
   EXPECT_THAT(odd.error().where, HasSubstr("c.png"));
   EXPECT_FALSE(reader->next().ok());  // and again
+}
+
+TEST_F(Photos, BrokenAndOddOnesAreLeftOutAndNamed) {
+  for (int i = 1; i <= 8; ++i)
+    ASSERT_TRUE(write_image(folder_ / fmt::format("{}.jpg", i), quadrant_frame(i == 4 ? 32 : 64, 48, 0)));
+  for (const char* broken : {"1.jpg", "7.jpg"}) fs::resize_file(folder_ / broken, 300);
+  auto reader = VideoReader::open(folder_);
+  ASSERT_TRUE(reader.ok()) << reader.error().what;
+  for (const VideoPixels pixels : {VideoPixels::rgb, VideoPixels::luma}) {
+    ASSERT_TRUE(reader->rewind(pixels));
+    std::vector<int> read;
+    while (true) {
+      const auto frame = reader->next();
+      ASSERT_TRUE(frame.ok()) << frame.error().what;
+      if (!*frame) break;
+      EXPECT_EQ((*frame)->time_s, (*frame)->index);
+      read.push_back((*frame)->index);
+    }
+    EXPECT_THAT(read, testing::ElementsAre(1, 2, 4, 5, 7));
+    ASSERT_TRUE(reader->fault());
+    EXPECT_THAT(fault_words(*reader->fault()), HasSubstr("3 of 8 photographs are left out, 1.jpg first: "));
+  }
 }
 
 TEST_F(Photos, HashCoversNamesAndContents) {
