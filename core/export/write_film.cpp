@@ -7,8 +7,11 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <regex>
 #include <span>
+#include <string>
 #include <system_error>
+#include <utility>
 
 #include "core/base/files.h"
 #include "core/export/mark.h"
@@ -133,6 +136,44 @@ Result<void> check_known(const Avatar& avatar, const std::string& background, co
                fix, ""};
 }
 
+// While a sequence of pictures is written, a hidden mark of this name, and of the writing process, lies in
+// its folder.
+constexpr const char* kUnfinishedPictures = "pictures";
+
+bool is_sequence_file(const std::string& name) {
+  static const std::regex form(R"(\d{6,}\.png|pictures\.ffconcat)");
+  return std::regex_match(name, form) || is_part_name(name);
+}
+
+// A folder that holds nothing but what a film that was never finished wrote into it.
+bool is_unfinished(const fs::path& folder) {
+  bool marked = false;
+  std::error_code failure;
+  for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
+    const std::string name = it->path().filename().string();
+    if (!is_sequence_file(name)) return false;
+    marked |= is_part_name(name) && name.starts_with(std::string(".") + kUnfinishedPictures + ".");
+  }
+  return marked && !failure;
+}
+
+// Of a process that was killed; an Error where it still writes.
+Result<void> clear_unfinished(const fs::path& folder) {
+  if (!is_unfinished(folder)) return {};
+  remove_abandoned_parts(folder);
+  if (is_unfinished(folder))
+    return Error{ErrorCode::bad_input,
+                 fmt::format("Another process is writing pictures into {}.", folder.string()),
+                 "Wait for it, or name another folder as --out.", folder.string()};
+  std::vector<fs::path> left;
+  std::error_code failure;
+  for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure))
+    if (is_sequence_file(it->path().filename().string())) left.push_back(it->path());
+  for (const fs::path& path : left)
+    if (!fs::remove(path, failure) && failure) return file_error(path, "remove", failure.value());
+  return {};
+}
+
 // Frames to an mp4, to a folder of PNGs, or to one PNG. Pictures of an unfinished sequence are removed again.
 class FrameSink {
  public:
@@ -142,6 +183,7 @@ class FrameSink {
   ~FrameSink() {
     std::error_code ignored;
     for (const fs::path& picture : pictures_) fs::remove(picture, ignored);
+    if (!unfinished_.empty()) fs::remove(unfinished_, ignored);
   }
   static Result<FrameSink> open(const FilmOptions& options, const Provenance& provenance, int width,
                                 int height) {
@@ -156,6 +198,11 @@ class FrameSink {
                                          .tags = mp4_provenance(provenance)});
       if (!writer) return writer.error();
       sink.video_.emplace(std::move(*writer));
+    } else if (options.out.extension().empty()) {
+      if (auto cleared = clear_unfinished(options.out); !cleared) return cleared.error();
+      const fs::path mark = temporary_name(options.out / kUnfinishedPictures);
+      if (auto marked = write_text(mark, ""); !marked) return marked.error();
+      sink.unfinished_ = mark;
     }
     return sink;
   }
@@ -171,6 +218,8 @@ class FrameSink {
     if (timed_ && !pictures_.empty())
       if (auto listed = list_pictures(); !listed) return listed;
     pictures_.clear();
+    std::error_code ignored;
+    if (!unfinished_.empty()) fs::remove(std::exchange(unfinished_, {}), ignored);
     return video_ ? video_->finish() : Result<void>{};
   }
 
@@ -189,6 +238,7 @@ class FrameSink {
   bool timed_ = false;
   ImageWriteOptions picture_;
   std::optional<VideoWriter> video_;
+  fs::path unfinished_;             // the mark of an unfinished sequence
   std::vector<fs::path> pictures_;  // of an unfinished sequence
   std::vector<double> times_s_;     // of them
 };
@@ -241,7 +291,8 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::siz
         "Name FILE.mp4, FILE.png, or a folder without a dot as --out.", options.out.string()};
   }
   std::error_code ignored;
-  if (ending.empty() && fs::is_directory(options.out, ignored) && !fs::is_empty(options.out, ignored)) {
+  if (ending.empty() && fs::is_directory(options.out, ignored) && !fs::is_empty(options.out, ignored) &&
+      !is_unfinished(options.out)) {
     return Error{ErrorCode::bad_input, fmt::format("The folder {} is not empty.", options.out.string()),
                  "Name a new folder as --out.", options.out.string()};
   }
@@ -278,8 +329,8 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::siz
 Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
                        const Progress& progress, std::stop_token stop) {
   const Avatar& avatar = opened.avatar;
-  const Intrinsics picture = with_width(film.cameras.front(), options.width).intrinsics;
-  const std::size_t frames = film.cameras.size();
+  const Intrinsics picture = with_width(film.at(0).camera, options.width).intrinsics;
+  const std::size_t frames = film.frames;
   if (const auto checked = check_film(avatar, picture, frames, options); !checked) return checked.error();
   const auto ground = options.alpha ? Result<Ground>(Ground{})
                                     : open_ground(avatar, chosen_background(avatar, options), picture);
@@ -294,9 +345,10 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
   for (std::size_t i = 0; i < frames; ++i) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(i) / double(frames), fmt::format("frame {} of {}", i + 1, frames));
-    const Camera camera = with_width(film.cameras[i], options.width);
+    const FilmFrame shot = film.at(i);
+    const Camera camera = with_width(shot.camera, options.width);
     const auto frame =
-        (*renderer)->render(camera, pose_avatar(*rig, film.poses[i]), render_options(options.quality));
+        (*renderer)->render(camera, pose_avatar(*rig, shot.pose), render_options(options.quality));
     if (!frame) return frame.error();
     Image8 shown =
         options.alpha ? straight_alpha(frame->rgba) : over(*ground, frame->rgba, camera, options.quality);

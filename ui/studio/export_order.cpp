@@ -91,16 +91,17 @@ Film posed_film(const ExportOrder& order) {
   const bool orbit = choice.kind == ExportKind::orbit;
   const int frames = orbit ? std::max(2, int(std::lround(choice.seconds * choice.frames_per_second))) : 1;
   const float from = value_at(*order.performance, "camera yaw", order.time_s);
-  Film film;
+  std::vector<Camera> cameras;
+  std::vector<AvatarPose> poses;
   for (const double yaw :
        orbit_yaws(steady_times(frames, choice.frames_per_second), orbit ? choice.half_angle_deg : 0)) {
     Performance seen = *order.performance;
     seen.channels["camera yaw"] = {{0, from + float(yaw)}};
     DirectedMoment moment = direct_moment(order.contents->avatar->directed, seen, order.time_s);
-    film.cameras.push_back(moment.camera);
-    film.poses.push_back(std::move(moment.pose));
+    cameras.push_back(moment.camera);
+    poses.push_back(std::move(moment.pose));
   }
-  return film;
+  return listed_film(std::move(cameras), std::move(poses));
 }
 
 Result<std::string> perform(const ExportOrder& order, const RenderPlace& place, const OpenedAvatar& opened,
