@@ -6,6 +6,7 @@
 
 #include "app/commands.h"
 #include "app/terminal.h"
+#include "core/video/finish_film.h"
 #include "core/video/record.h"
 #include "core/video/webcam.h"
 
@@ -34,6 +35,10 @@ int list(const std::vector<Webcam>& webcams, bool json) {
 
 int run(const RecordArguments& arguments) {
   if (arguments.list) return list(list_webcams(), arguments.common.json);
+  const std::filesystem::path folder =
+      arguments.clip.has_parent_path() ? arguments.clip.parent_path() : std::filesystem::path(".");
+  for (const std::filesystem::path& film : finish_abandoned_films(folder))
+    tell("A recording that was broken off is now in {}.\n", film.string());
   auto source = open_webcam(arguments.webcam, kToRecord);
   if (!source) return report_failure(source.error());
   if (!arguments.common.json)
