@@ -12,6 +12,7 @@
 #include "app/manual.h"
 #include "app/standard_streams.h"
 #include "app/terminal.h"
+#include "core/base/fault_words.h"
 
 namespace {
 
@@ -105,9 +106,14 @@ int main(int argc, char** argv) {
   open_standard_streams();
   try {
     return run(argc, argv);
-  } catch (const std::bad_alloc&) {
-    tell("There is not enough memory for this.\nClose other programs, or use a smaller --size.\n");
   } catch (const std::exception& error) {
+    if (likeness::lacks_memory(error)) {
+      tell("{}
+{}
+", "There is not enough memory for this.",
+           "Close other programs, use a smaller --size, or raise the limit on this program's memory (ulimit -v).");
+      return kExitFailed;
+    }
     if (std::ferror(stdout) != 0) return after_output(kExitDone);
     tell("Likeness met an unexpected error: {}\nPlease report it together with the clip's details.\n",
          error.what());

@@ -7,6 +7,7 @@
 #include "app/commands.h"
 #include "app/consent_option.h"
 #include "app/terminal.h"
+#include "core/video/finish_film.h"
 #include "core/video/record.h"
 #include "core/video/webcam.h"
 
@@ -37,6 +38,10 @@ int run(const RecordArguments& arguments) {
   if (arguments.list) return list(list_webcams(), arguments.common.json);
   const auto consent = answered_consent(arguments.consent, !arguments.common.json);
   if (!consent) return report_failure(consent.error());
+  const std::filesystem::path folder =
+      arguments.clip.has_parent_path() ? arguments.clip.parent_path() : std::filesystem::path(".");
+  for (const std::filesystem::path& film : finish_abandoned_films(folder))
+    tell("A recording that was broken off is now in {}.\n", film.string());
   auto source = open_webcam(arguments.webcam, kToRecord);
   if (!source) return report_failure(source.error());
   if (!arguments.common.json)

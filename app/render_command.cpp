@@ -87,15 +87,14 @@ Result<Film> make_film(const RenderArguments& arguments, const OpenedAvatar& ope
   if (arguments.camera.follows_a_file() && arguments.frames > 0)
     return Error{ErrorCode::bad_input, "The cameras to follow say how many frames there are.",
                  "Leave out --frames, or --camera.", arguments.camera.camera};
-  Film film;
   auto cameras = film_cameras(arguments.camera, opened, steady_times(wanted, arguments.frames_per_second));
   if (!cameras) return cameras.error();
-  film.cameras = std::move(*cameras);
+  std::vector<AvatarPose> poses;
   const std::array<double, 3> turn = turn_of(arguments.pose_deg);
   const Vec3d pivot = shape_head(model, avatar.person).joints[kNeck].cast<double>();
   const Pose head = turned_head(avatar.world_from_head, pivot, turn[0], turn[1], turn[2]);
-  for (std::size_t i = 0; i < film.cameras.size(); ++i) {
-    const float t = film.cameras.size() > 1 ? float(i) / float(film.cameras.size() - 1) : 1;
+  for (std::size_t i = 0; i < cameras->size(); ++i) {
+    const float t = cameras->size() > 1 ? float(i) / float(cameras->size() - 1) : 1;
     std::vector<std::pair<std::string, float>> actions;
     std::vector<float> attributes(avatar.attributes.size(), 0.f);
     for (const ActionSweep& s : sweeps) {
@@ -107,12 +106,12 @@ Result<Film> make_film(const RenderArguments& arguments, const OpenedAvatar& ope
     }
     auto articulation = articulate(model, avatar.neutral, actions);
     if (!articulation) return articulation.error();
-    film.poses.push_back({.world_from_head = head,
-                          .world_from_torso = avatar.world_from_torso,
-                          .articulation = std::move(*articulation),
-                          .attributes = std::move(attributes)});
+    poses.push_back({.world_from_head = head,
+                     .world_from_torso = avatar.world_from_torso,
+                     .articulation = std::move(*articulation),
+                     .attributes = std::move(attributes)});
   }
-  return film;
+  return listed_film(std::move(*cameras), std::move(poses));
 }
 
 FilmOptions film_options(const RenderArguments& arguments) {

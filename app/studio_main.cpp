@@ -79,7 +79,9 @@ int main(int argc, char** argv) {
     return 1;
   }
   options.compute = std::move(*place);
-  const auto outcome = ui::run_window(options, to_open);
+  Result<void> outcome;
+  if (const auto guarded = ui::guard_window([&] { outcome = ui::run_window(options, to_open); }); !guarded)
+    outcome = guarded;
   if (outcome) return 0;
   app::tell("{}\n{}\n", outcome.error().what, outcome.error().fix);
   return 1;

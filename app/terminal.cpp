@@ -6,11 +6,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <set>
 #include <thread>
 
 #include <fmt/format.h>
@@ -23,6 +25,8 @@ namespace likeness::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kLogEvery(30);
 
 int signal_pipe[2] = {-1, -1};
 
@@ -96,6 +100,21 @@ struct ProgressLine::State {
   Clock::time_point start = Clock::now(), drawn{};
   double start_fraction = -1;
   std::string stage;
+  std::set<std::string> said;  // stages and texts, without numbers
+
+  // Into a file: each stage, what is said in it once for all numbers it is said with, and where it is, twice
+  // a minute.
+  void log(const ProgressReport& report, Clock::time_point now) {
+    if (report.stage != stage && !report.stage.empty()) tell("{} ...\n", report.stage);
+    stage = report.stage;
+    std::string kind = report.text;
+    std::erase_if(kind, [](unsigned char c) { return std::isdigit(c) != 0; });
+    const bool is_new = !kind.empty() && said.insert(stage + "\n" + kind).second;
+    if (drawn == Clock::time_point{}) drawn = now;
+    if (!is_new && now - drawn < kLogEvery) return;
+    drawn = now;
+    tell("{:3.0f} %  {}  {}\n", 100 * report.fraction, stage, visible(report.text));
+  }
 
   void show(const ProgressReport& report) {
     const auto now = Clock::now();
@@ -104,11 +123,7 @@ struct ProgressLine::State {
       start = now;
       start_fraction = report.fraction;
     }
-    if (!terminal) {
-      if (report.stage != stage && !report.stage.empty()) tell("{} ...\n", report.stage);
-      stage = report.stage;
-      return;
-    }
+    if (!terminal) return log(report, now);
     const bool same_stage = report.stage == stage;
     stage = report.stage;
     if (same_stage && now - drawn < std::chrono::milliseconds(100)) return;
@@ -148,6 +163,10 @@ std::stop_token stop_on_signals() {
     action.sa_flags = SA_RESTART;
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
+    // A terminal that was closed; nohup ignores it.
+    struct sigaction hung_up {};
+    if (::sigaction(SIGHUP, nullptr, &hung_up) == 0 && hung_up.sa_handler != SIG_IGN)
+      ::sigaction(SIGHUP, &action, nullptr);
     return true;
   }();
   (void)installed;

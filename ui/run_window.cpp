@@ -1,10 +1,14 @@
 // See run_window.h.
 #include "ui/run_window.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <thread>
 
+#include "core/base/fault_words.h"
 #include "ui/theme.h"
 
 namespace likeness::ui {
@@ -111,6 +115,17 @@ bool WindowLoop::frame() {
   return !quit_;
 }
 
+Result<void> guard_window(const std::function<void()>& frames) {
+  try {
+    frames();
+    return {};
+  } catch (const std::exception& fault) {
+    return Error{ErrorCode::failed, fmt::format("The window broke: {}.", fault_words(fault)),
+                 "What was made is kept. Start the studio again; close other programs where memory is short.",
+                 ""};
+  }
+}
+
 Result<void> run_window(const StudioOptions& options, const std::filesystem::path& to_open) {
   const Settings settings = read_settings(options.settings);
   auto window =
@@ -129,11 +144,23 @@ Result<void> run_window(const StudioOptions& options, const std::filesystem::pat
     studio.apply(requests);
   }
   WindowLoop loop(**window, studio, **shell);
-  while (loop.frame()) {
-    if ((*window)->wait(loop.patience())) loop.touched();
-    std::this_thread::sleep_for(std::chrono::duration<double>(loop.rest_s()));
-  }
-  return {};
+  const auto ran = guard_window([&] {
+    while (loop.frame()) {
+      if ((*window)->wait(loop.patience())) loop.touched();
+      std::this_thread::sleep_for(std::chrono::duration<double>(loop.rest_s()));
+    }
+  });
+  if (ran) return {};
+  // A training writes its checkpoint, a recording its end.
+  const auto ended = guard_window([&] {
+    studio.stop_work();
+    while (studio.is_working()) {
+      studio.tick();
+      std::this_thread::sleep_for(std::chrono::duration<double>(kBusyFrame_s));
+    }
+  });
+  (void)ended;
+  return ran;
 }
 
 }  // namespace likeness::ui

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 
 #include "core/base/result.h"
 #include "ui/platform/window.h"
@@ -38,6 +39,10 @@ class WindowLoop {
   bool quit_ = false, stopping_ = false;
 };
 
+// `frames` until it returns; an exception that it lets out, as where memory ends, becomes an Error.
+Result<void> guard_window(const std::function<void()>& frames);
+
+// An Error, too, where the window itself broke: work is then ended as by "Keep and stop".
 Result<void> run_window(const StudioOptions& options, const std::filesystem::path& to_open);
 
 }  // namespace likeness::ui

@@ -63,18 +63,18 @@ std::optional<BackgroundMotion> kept_motion(const fs::path& folder, const std::s
     const nlohmann::json document = parse_json(*text);
     if (document.at("inputs") != inputs) return std::nullopt;
     BackgroundMotion motion;
-    motion.width = document.at("width_px").get<int>();
-    motion.height = document.at("height_px").get<int>();
+    motion.width = whole_number_in(document.at("width_px"));
+    motion.height = whole_number_in(document.at("height_px"));
     motion.motion = document.at("motion").get<double>();
     motion.seconds = document.at("seconds").get<double>();
     motion.tracks = document.at("tracks").get<double>();
-    motion.stride = document.at("stride").get<int>();
+    motion.stride = whole_number_in(document.at("stride"));
     for (const nlohmann::json& f : document.at("frames"))
-      motion.frames.push_back({f.at(0).get<int>(), f.at(1).get<double>(), f.at(2).get<double>(),
+      motion.frames.push_back({whole_number_in(f.at(0)), f.at(1).get<double>(), f.at(2).get<double>(),
                                f.at(3).get<double>(), f.at(4).get<double>(), f.at(5).get<double>(),
                                f.at(6).get<double>()});
     for (const nlohmann::json& rest : document.at("rests"))
-      motion.rests.push_back({rest.at(0).get<int>(), rest.at(1).get<int>()});
+      motion.rests.push_back({whole_number_in(rest.at(0)), whole_number_in(rest.at(1))});
     if (motion.frames.empty() || motion.width <= 0 || motion.height <= 0 || motion.stride <= 0)
       return std::nullopt;
     return motion;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <utility>
@@ -285,6 +286,7 @@ Result<void> MotionMeter::add(const VideoFrame& frame) {
     state_->add(frame);
     return {};
   } catch (const cv::Exception& fault) {
+    if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
     return Error{ErrorCode::failed, fmt::format("The background could not be tracked: {}.", fault.what()),
                  "Convert the video to H.264 (`ffmpeg -i VIDEO out.mp4`) and try again.",
                  state_->video.string()};

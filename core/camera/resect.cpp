@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <new>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
@@ -208,6 +209,7 @@ Result<std::vector<Camera>> resect(const FollowedFrames& frames, const std::file
     }
     solve_interval(before, before_grey, nullptr, {}, buffered, small, solved, stop);
   } catch (const cv::Exception& fault) {
+    if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
     return Error{ErrorCode::failed,
                  fmt::format("The cameras between keyframes could not be found: {}.", fault.what()),
                  "Convert the video to H.264 (`ffmpeg -i VIDEO out.mp4`) and try again.", video.string()};

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -268,12 +269,14 @@ Result<Capture> read_capture(const std::filesystem::path& path) {
   try {
     const json document = parse_json(*text);
     if (document.value("format", "") != kFormat) return unreadable(path, "it is some other kind of file");
-    if (const int version = document.at("version").get<int>(); version != kVersion) {
+    if (const int version = whole_number_in(document.at("version")); version != kVersion) {
       return unreadable(path, fmt::format("it has version {}, and this program knows {}", version, kVersion));
     }
     Capture capture = capture_from_json(document);
     if (const std::string fault = contradiction(capture); !fault.empty()) return unreadable(path, fault);
     return capture;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return unreadable(path, e.what());
   }

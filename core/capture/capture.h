@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <stop_token>
@@ -105,6 +106,8 @@ std::filesystem::path frame_name(int frame);
 // one.
 std::filesystem::path alpha_name(int frame);
 
+class KeptWork;  // core/base/kept_work.h
+
 struct ImportOptions {
   int size = 256;         // 256, 512 or 1024 px
   int max_frames = 2000;  // training frames kept; more cost memory and time
@@ -118,6 +121,8 @@ struct ImportOptions {
   // Bytes that decoded frames may take between the two looks at the clip; where they would take more, it is
   // decoded a second time. nullopt: a third of what is free.
   std::optional<std::uint64_t> memory{};
+  // Where the faces found are kept until the import is done, for it to go on if it is killed; null: nowhere.
+  std::shared_ptr<KeptWork> kept_faces{};
 };
 
 struct ImportListeners;  // core/capture/import_listeners.h

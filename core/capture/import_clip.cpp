@@ -437,6 +437,7 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   remove_abandoned_parts(folder, "frames");
   auto detector = FaceDetector::load(options.landmark_model);
   if (!detector) return detector.error();
+  detector->keep_in(options.kept_faces);
 
   reader->keep_frames(options.memory.value_or(available_memory().value_or(0) / 3));
   PixelRect film;

@@ -47,10 +47,8 @@ BeyondHolds beyond_holds(const HoldingRange& range, const Avatar& avatar, const 
   BeyondHolds beyond;
   std::map<std::string, float> most;
   std::map<HeadSide, double> most_of_side;
-  const std::size_t frames = std::max(film.cameras.size(), film.poses.size());
-  for (std::size_t i = 0; i < frames && !film.cameras.empty() && !film.poses.empty(); ++i) {
-    const Camera& camera = film.cameras[std::min(i, film.cameras.size() - 1)];
-    const AvatarPose& pose = film.poses[std::min(i, film.poses.size() - 1)];
+  for (std::size_t i = 0; i < film.frames; ++i) {
+    const auto [camera, pose] = film.at(i);
     const ViewAngle view = view_angle(camera.cam_from_world * pose.world_from_head);
     const double yaw = view.yaw * kDegrees, pitch = view.pitch * kDegrees,
                  outside = degrees_beyond(range, yaw, pitch);

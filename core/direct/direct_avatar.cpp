@@ -154,14 +154,12 @@ DirectedMoment direct_moment(const DirectedAvatar& directed, const Performance& 
 Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performance) {
   if (const auto known = check_performance(performance, opened.model, opened.avatar.attributes); !known)
     return known.error();
-  const DirectedAvatar directed = direct_avatar(opened.avatar, opened.model);
-  Film film;
-  for (int i = 0; i < frame_count(performance); ++i) {
-    DirectedMoment moment = direct_moment(directed, performance, i / performance.frames_per_second);
-    film.cameras.push_back(std::move(moment.camera));
-    film.poses.push_back(std::move(moment.pose));
-  }
-  return film;
+  return Film{std::size_t(frame_count(performance)),
+              [directed = direct_avatar(opened.avatar, opened.model), performance](std::size_t frame) {
+                DirectedMoment moment =
+                    direct_moment(directed, performance, double(frame) / performance.frames_per_second);
+                return FilmFrame{std::move(moment.camera), std::move(moment.pose)};
+              }};
 }
 
 Performance performance_of(const DrivenClip& clip, const DirectedAvatar& directed) {

@@ -42,7 +42,7 @@ struct DirectedMoment {
 // the neck's reach (as in DriveOptions), the whole body moves along.
 DirectedMoment direct_moment(const DirectedAvatar& directed, const Performance& performance, double time_s);
 
-// One moment per frame.
+// One moment per frame. Refers to `opened`, which must outlive it.
 Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performance);
 
 // What a clip made the avatar do, as dense keys that can be edited: one per frame, linear, for every channel

@@ -6,6 +6,7 @@
 #include <exception>
 #include <utility>
 
+#include "core/base/fault_words.h"
 #include "core/drive/drive_stream.h"
 
 namespace likeness {
@@ -191,7 +192,7 @@ void LiveDriver::read(std::stop_token stop) {
       if (end) return;
     }
   } catch (const std::exception& e) {
-    broke(e.what());
+    broke(fault_words(e).c_str());
   }
 }
 
@@ -259,7 +260,7 @@ void LiveDriver::track(std::stop_token stop) {
       note(step, *frame, rate.count(now), std::move(picture));
     }
   } catch (const std::exception& e) {
-    fail({ErrorCode::failed, std::string("Tracking failed: ") + e.what() + ".",
+    fail({ErrorCode::failed, "Tracking failed: " + fault_words(e) + ".",
           "Close other programs and start again.", "live"});
   }
   const std::lock_guard lock(mutex_);

@@ -48,16 +48,15 @@ Result<void> check_head(const std::filesystem::path& out, std::size_t frames) {
       out.string()};
 }
 
-Result<int> write_head(const OpenedAvatar& opened, std::span<const AvatarPose> poses,
-                       std::span<const double> times_s, const std::filesystem::path& out,
-                       const Provenance& provenance, const Progress& progress, std::stop_token stop) {
-  if (const auto fits = check_head(out, poses.size()); !fits) return fits.error();
+Result<int> write_head(const OpenedAvatar& opened, const Film& film, std::span<const double> times_s,
+                       const std::filesystem::path& out, const Provenance& provenance,
+                       const Progress& progress, std::stop_token stop) {
+  if (const auto fits = check_head(out, film.frames); !fits) return fits.error();
   std::vector<HeadMesh> meshes;
-  for (const AvatarPose& pose : poses) {
+  for (std::size_t i = 0; i < film.frames; ++i) {
     if (stop.stop_requested()) return cancelled_error();
-    progress.report(double(meshes.size()) / double(poses.size()),
-                    fmt::format("mesh {} of {}", meshes.size() + 1, poses.size()));
-    meshes.push_back(head_mesh(opened.avatar, opened.model, pose));
+    progress.report(double(i) / double(film.frames), fmt::format("mesh {} of {}", i + 1, film.frames));
+    meshes.push_back(head_mesh(opened.avatar, opened.model, film.at(i).pose));
   }
   const auto written = out.extension() == ".ply" ? write_ply(out, meshes.front(), provenance)
                                                  : write_glb(out, meshes, times_s, provenance);

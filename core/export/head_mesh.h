@@ -47,8 +47,8 @@ bool is_mesh_name(const std::filesystem::path& path);
 Result<void> check_head(const std::filesystem::path& out, std::size_t frames);
 
 // The poses of an avatar as .glb or, a single one, as .ply. Number of frames written.
-Result<int> write_head(const OpenedAvatar& opened, std::span<const AvatarPose> poses,
-                       std::span<const double> times_s, const std::filesystem::path& out,
-                       const Provenance& provenance, const Progress& progress, std::stop_token stop);
+Result<int> write_head(const OpenedAvatar& opened, const Film& film, std::span<const double> times_s,
+                       const std::filesystem::path& out, const Provenance& provenance,
+                       const Progress& progress, std::stop_token stop);
 
 }  // namespace likeness

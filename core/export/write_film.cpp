@@ -7,8 +7,11 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <regex>
 #include <span>
+#include <string>
 #include <system_error>
+#include <utility>
 
 #include "core/base/files.h"
 #include "core/export/mark.h"
@@ -83,7 +86,7 @@ Camera with_width(const Camera& camera, int width) {
 }
 
 // Whether all stand where the capture's camera rested, but some zoom or shift.
-bool zooms_in_place(const Avatar& avatar, std::span<const Camera> cameras) {
+bool zooms_in_place(const Avatar& avatar, const Film& film) {
   constexpr double kSame = 1e-9, kSame_px = 1e-3;
   const Camera typical = typical_camera(avatar);
   const auto in_place = [&](const Camera& c) {
@@ -94,15 +97,21 @@ bool zooms_in_place(const Avatar& avatar, std::span<const Camera> cameras) {
     return std::abs(own.fx - rest.fx) > kSame_px || std::abs(own.cx - rest.cx) > kSame_px ||
            std::abs(own.cy - rest.cy) > kSame_px;
   };
-  return std::ranges::all_of(cameras, in_place) && std::ranges::any_of(cameras, zoomed);
+  bool any_zoomed = false;
+  for (std::size_t i = 0; i < film.frames; ++i) {
+    const Camera camera = film.at(i).camera;
+    if (!in_place(camera)) return false;
+    any_zoomed = any_zoomed || zoomed(camera);
+  }
+  return any_zoomed;
 }
 
-Result<Ground> open_ground(const Avatar& avatar, const std::string& background,
-                           std::span<const Camera> cameras, const Intrinsics& picture) {
+Result<Ground> open_ground(const Avatar& avatar, const std::string& background, const Film& film,
+                           const Intrinsics& picture) {
   Ground ground;
   if (background == "plate" && avatar.mosaic) {
     ground.mosaic = &*avatar.mosaic;
-  } else if (background == "plate" && zooms_in_place(avatar, cameras)) {
+  } else if (background == "plate" && zooms_in_place(avatar, film)) {
     ground.plate = Mosaic{avatar.plate, {}, with_width(typical_camera(avatar), avatar.plate.width)};
   } else if (background == "plate") {
     const bool same = avatar.plate.width == picture.width && avatar.plate.height == picture.height;
@@ -154,6 +163,44 @@ Result<void> check_known(const Avatar& avatar, const std::string& background, co
                fix, ""};
 }
 
+// While a sequence of pictures is written, a hidden mark of this name, and of the writing process, lies in
+// its folder.
+constexpr const char* kUnfinishedPictures = "pictures";
+
+bool is_sequence_file(const std::string& name) {
+  static const std::regex form(R"(\d{6,}\.png|pictures\.ffconcat)");
+  return std::regex_match(name, form) || is_part_name(name);
+}
+
+// A folder that holds nothing but what a film that was never finished wrote into it.
+bool is_unfinished(const fs::path& folder) {
+  bool marked = false;
+  std::error_code failure;
+  for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
+    const std::string name = it->path().filename().string();
+    if (!is_sequence_file(name)) return false;
+    marked |= is_part_name(name) && name.starts_with(std::string(".") + kUnfinishedPictures + ".");
+  }
+  return marked && !failure;
+}
+
+// Of a process that was killed; an Error where it still writes.
+Result<void> clear_unfinished(const fs::path& folder) {
+  if (!is_unfinished(folder)) return {};
+  remove_abandoned_parts(folder);
+  if (is_unfinished(folder))
+    return Error{ErrorCode::bad_input,
+                 fmt::format("Another process is writing pictures into {}.", folder.string()),
+                 "Wait for it, or name another folder as --out.", folder.string()};
+  std::vector<fs::path> left;
+  std::error_code failure;
+  for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure))
+    if (is_sequence_file(it->path().filename().string())) left.push_back(it->path());
+  for (const fs::path& path : left)
+    if (!fs::remove(path, failure) && failure) return file_error(path, "remove", failure.value());
+  return {};
+}
+
 // Frames to an mp4, to a folder of PNGs, or to one PNG. Pictures of an unfinished sequence are removed again.
 class FrameSink {
  public:
@@ -163,6 +210,7 @@ class FrameSink {
   ~FrameSink() {
     std::error_code ignored;
     for (const fs::path& picture : pictures_) fs::remove(picture, ignored);
+    if (!unfinished_.empty()) fs::remove(unfinished_, ignored);
   }
   static Result<FrameSink> open(const FilmOptions& options, const Provenance& provenance, int width,
                                 int height) {
@@ -177,6 +225,11 @@ class FrameSink {
                                          .tags = mp4_provenance(provenance)});
       if (!writer) return writer.error();
       sink.video_.emplace(std::move(*writer));
+    } else if (options.out.extension().empty()) {
+      if (auto cleared = clear_unfinished(options.out); !cleared) return cleared.error();
+      const fs::path mark = temporary_name(options.out / kUnfinishedPictures);
+      if (auto marked = write_text(mark, ""); !marked) return marked.error();
+      sink.unfinished_ = mark;
     }
     return sink;
   }
@@ -192,6 +245,8 @@ class FrameSink {
     if (timed_ && !pictures_.empty())
       if (auto listed = list_pictures(); !listed) return listed;
     pictures_.clear();
+    std::error_code ignored;
+    if (!unfinished_.empty()) fs::remove(std::exchange(unfinished_, {}), ignored);
     return video_ ? video_->finish() : Result<void>{};
   }
 
@@ -210,6 +265,7 @@ class FrameSink {
   bool timed_ = false;
   ImageWriteOptions picture_;
   std::optional<VideoWriter> video_;
+  fs::path unfinished_;             // the mark of an unfinished sequence
   std::vector<fs::path> pictures_;  // of an unfinished sequence
   std::vector<double> times_s_;     // of them
 };
@@ -272,7 +328,8 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::siz
         "Name FILE.mp4, FILE.png, or a folder without a dot as --out.", options.out.string()};
   }
   std::error_code ignored;
-  if (ending.empty() && fs::is_directory(options.out, ignored) && !fs::is_empty(options.out, ignored)) {
+  if (ending.empty() && fs::is_directory(options.out, ignored) && !fs::is_empty(options.out, ignored) &&
+      !is_unfinished(options.out)) {
     return Error{ErrorCode::bad_input, fmt::format("The folder {} is not empty.", options.out.string()),
                  "Name a new folder as --out.", options.out.string()};
   }
@@ -312,7 +369,7 @@ Result<Image8> film_picture(const Avatar& avatar, const AvatarRig& rig, const Ca
   if (const auto checked = check_film(avatar, seen.intrinsics, 1, options); !checked) return checked.error();
   const auto ground = options.alpha ? Result<Ground>(Ground{})
                                     : open_ground(avatar, chosen_background(avatar, options),
-                                                  std::span(&camera, 1), seen.intrinsics);
+                                                  listed_film({camera}, {pose}), seen.intrinsics);
   if (!ground) return ground.error();
   return finished(*ground,
                   render_frame(avatar, seen, pose_avatar(rig, pose), render_options(options.quality)).rgba,
@@ -322,12 +379,11 @@ Result<Image8> film_picture(const Avatar& avatar, const AvatarRig& rig, const Ca
 Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
                        const Progress& progress, std::stop_token stop) {
   const Avatar& avatar = opened.avatar;
-  const Intrinsics picture = with_width(film.cameras.front(), options.width).intrinsics;
-  const std::size_t frames = film.cameras.size();
+  const Intrinsics picture = with_width(film.at(0).camera, options.width).intrinsics;
+  const std::size_t frames = film.frames;
   if (const auto checked = check_film(avatar, picture, frames, options); !checked) return checked.error();
-  const auto ground = options.alpha
-                          ? Result<Ground>(Ground{})
-                          : open_ground(avatar, chosen_background(avatar, options), film.cameras, picture);
+  const auto ground = options.alpha ? Result<Ground>(Ground{})
+                                    : open_ground(avatar, chosen_background(avatar, options), film, picture);
   if (!ground) return ground.error();
   const auto rig = make_rig(avatar, opened.model);
   if (!rig) return rig.error();
@@ -339,9 +395,9 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
   for (std::size_t i = 0; i < frames; ++i) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(i) / double(frames), fmt::format("frame {} of {}", i + 1, frames));
-    const Camera camera = with_width(film.cameras[i], options.width);
-    auto frame =
-        (*renderer)->render(camera, pose_avatar(*rig, film.poses[i]), render_options(options.quality));
+    const FilmFrame shot = film.at(i);
+    const Camera camera = with_width(shot.camera, options.width);
+    auto frame = (*renderer)->render(camera, pose_avatar(*rig, shot.pose), render_options(options.quality));
     if (!frame) return frame.error();
     Image8 shown = finished(*ground, std::move(frame->rgba), camera, options);
     if (options.beside_width > 0) {

@@ -120,13 +120,13 @@ Result<int> write_posed(const OpenedAvatar& opened, const Film& film, const Film
                         const Progress& progress, std::stop_token stop) {
   if (const auto free = check_not_taken(opened, options); !free) return free.error();
   if (!is_mesh_name(options.out)) return write_film(opened, film, options, progress, stop);
-  const Intrinsics& picture = film.cameras.front().intrinsics;
-  if (const auto fine = check_output(opened.avatar, picture, film.poses.size(), options); !fine)
+  const Intrinsics picture = film.at(0).camera.intrinsics;
+  if (const auto fine = check_output(opened.avatar, picture, film.frames, options); !fine)
     return fine.error();
   std::vector<double> times_s;
-  for (std::size_t i = 0; i < film.poses.size(); ++i) times_s.push_back(frame_time_s(options, i));
-  return write_head(opened, film.poses, times_s, options.out, provenance_of(opened, options.made_at),
-                    progress, stop);
+  for (std::size_t i = 0; i < film.frames; ++i) times_s.push_back(frame_time_s(options, i));
+  return write_head(opened, film, times_s, options.out, provenance_of(opened, options.made_at), progress,
+                    stop);
 }
 
 Result<int> write_performed(const OpenedAvatar& opened, const Performance& performance, FilmOptions options,
@@ -152,13 +152,13 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
   if (const auto apart = check_out(request, options.out); !apart) return apart.error();
   if (const auto free = check_not_taken(opened, options); !free) return free.error();
   const bool to_keys = is_keys_name(options.out);
-  const auto expected = std::size_t(std::max(2, info->frame_count));
   if (side_by_side) options.beside_width = 1;  // not known yet, but not 0
   if (to_keys) {
     if (const auto fine = check_keys(options, side_by_side, view); !fine) return fine.error();
   } else {
-    const auto ahead =
-        view_cameras(view, opened.avatar, steady_times(int(expected), info->frames_per_second));
+    // How many frames there are is only what the clip claims: beyond what a mesh holds it says nothing.
+    const int expected = std::clamp(info->frame_count, 2, int(kMaxMeshFrames) + 1);
+    const auto ahead = view_cameras(view, opened.avatar, steady_times(expected, info->frames_per_second));
     if (!ahead) return ahead.error();
     if (const auto fine = check_output(opened.avatar, ahead->front().intrinsics, ahead->size(), options);
         !fine)
@@ -183,14 +183,13 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
   }
   auto cameras = view_cameras(view, opened.avatar, times_of(clip->frames));
   if (!cameras) return cameras.error();
-  Film film{.cameras = std::move(*cameras), .poses = film_poses(*clip)};
-  film.poses.resize(film.cameras.size());
+  const Film film = listed_film(std::move(*cameras), film_poses(*clip));
   if (const auto& holds = opened.avatar.holds)
     output.beyond = beyond_holds(*holds, opened.avatar, opened.model, film);
   options.frames_per_second = clip->frames_per_second;
   if (!is_steady(*clip)) options.times_s = times_of(clip->frames);
   if (side_by_side) {
-    const Intrinsics& k = film.cameras.front().intrinsics;
+    const Intrinsics k = film.at(0).camera.intrinsics;
     const int height =
         options.width > 0 ? int(std::lround(double(k.height) * options.width / k.width)) : k.height;
     const auto pictures = DriverPictures::open(request, *clip, height, options);

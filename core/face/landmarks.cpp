@@ -10,17 +10,21 @@
 #include <dlib/array2d.h>
 #include <dlib/image_processing/frontal_face_detector.h>
 #include <dlib/image_processing/shape_predictor.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <mutex>
+#include <new>
 #include <numbers>
+#include <span>
 
 #include "core/base/check.h"
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/base/kept_work.h"
 #include "core/base/program_files.h"
 #include "core/base/quantile.h"
 #include "core/face/network_landmarks.h"
@@ -153,6 +157,58 @@ bool is_calm(const Landmarks& found, double box_width, const LandmarkHint* hint)
   return !hint || hint_distance(found.points, *hint) <= 2 * hint->sigma;
 }
 
+// What was found in a picture, as it is kept: 8 bytes a number.
+std::string kept_numbers(std::span<const double> numbers) {
+  return {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()};
+}
+
+std::vector<double> numbers_kept(const std::string& bytes) {
+  std::vector<double> numbers(bytes.size() / sizeof(double));
+  std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(double));
+  return numbers;
+}
+
+std::string kept_boxes(const std::vector<FaceBox>& boxes) {
+  std::vector<double> numbers;
+  for (const FaceBox& b : boxes)
+    for (const double n : {b.x, b.y, b.width, b.height, b.score}) numbers.push_back(n);
+  return kept_numbers(numbers);
+}
+
+std::vector<FaceBox> boxes_kept(const std::string& bytes) {
+  const std::vector<double> n = numbers_kept(bytes);
+  std::vector<FaceBox> boxes;
+  for (std::size_t i = 0; i + 5 <= n.size(); i += 5)
+    boxes.push_back({n[i], n[i + 1], n[i + 2], n[i + 3], n[i + 4]});
+  return boxes;
+}
+
+std::string kept_landmarks(const Landmarks& found) {
+  std::vector<double> numbers{found.cluster_share, double(found.runs)};
+  for (std::size_t k = 0; k < found.points.size(); ++k)
+    for (const double n : {found.points[k].x(), found.points[k].y(), found.spread[k]}) numbers.push_back(n);
+  return kept_numbers(numbers);
+}
+
+std::optional<Landmarks> landmarks_kept(const std::string& bytes) {
+  const std::vector<double> n = numbers_kept(bytes);
+  if (n.size() != 2 + 3 * kLandmarkCount) return std::nullopt;
+  Landmarks found;
+  found.cluster_share = n[0], found.runs = int(n[1]);
+  for (std::size_t k = 0; k < found.points.size(); ++k)
+    found.points[k] = {n[2 + 3 * k], n[3 + 3 * k]}, found.spread[k] = n[4 + 3 * k];
+  return found;
+}
+
+std::string picture_text(const Image8& picture) {
+  return fmt::format("{}x{}x{} {}", picture.width, picture.height, picture.channels,
+                     hash_bytes(std::as_bytes(std::span(picture.data))));
+}
+
+std::string box_text(const FaceBox& b) {
+  return fmt::format(" {} {} {} {} {}", b.x, b.y, b.width, b.height, b.score);
+}
+
 // Unpacking it takes longer than using it, so it is done once.
 const dlib::frontal_face_detector& frontal_detector() {
   static const dlib::frontal_face_detector detector = dlib::get_frontal_face_detector();
@@ -246,6 +302,8 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& choice) {
     loaded_path = path;
     loaded = impl;
     return FaceDetector(std::move(impl));
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return unreadable(e.what());
   }
@@ -253,6 +311,35 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& choice) {
 
 std::vector<FaceBox> FaceDetector::detect(const Image8& rgb, const FaceBox* before) const {
   if (rgb.empty()) return {};
+  if (!kept_) return seek_faces(rgb, before);
+  std::string asked = "faces " + picture_text(rgb);
+  if (before) asked += box_text(*before);
+  if (const auto kept = kept_->find(asked)) return boxes_kept(*kept);
+  std::vector<FaceBox> found = seek_faces(rgb, before);
+  kept_->keep(asked, kept_boxes(found));
+  return found;
+}
+
+Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed,
+                                  const LandmarkHint* hint, const LandmarkEffort& effort) const {
+  LIKENESS_CHECK(!rgb.empty() && box.width > 0 && box.height > 0, "picture %dx%d, box %gx%g", rgb.width,
+                 rgb.height, box.width, box.height);
+  if (!kept_) return seek_landmarks(rgb, box, seed, hint, effort);
+  std::string asked = fmt::format("landmarks {}{} {} {} {}", picture_text(rgb), box_text(box), seed,
+                                  effort.first, effort.most);
+  if (hint) {
+    asked += fmt::format(" {}", hint->sigma);
+    for (const Vec2d& p : hint->points) asked += fmt::format(" {} {}", p.x(), p.y());
+  }
+  asked = "landmarks " + hash_text(asked);
+  if (const auto kept = kept_->find(asked))
+    if (const auto found = landmarks_kept(*kept)) return *found;
+  const Landmarks found = seek_landmarks(rgb, box, seed, hint, effort);
+  kept_->keep(asked, kept_landmarks(found));
+  return found;
+}
+
+std::vector<FaceBox> FaceDetector::seek_faces(const Image8& rgb, const FaceBox* before) const {
   if (impl_->network) return network_faces(*impl_->network, rgb, before);
   // dlib's detector finds faces of 80 px and more. Small pictures are enlarged so that 60 px suffice.
   const double longer = std::max(rgb.width, rgb.height);
@@ -284,6 +371,8 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb, const FaceBox* befo
   try {
     detect_at(scale);
     if (boxes.empty() && scale <= 1) detect_at(std::min(1.5, scale * 2));  // small faces
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception&) {
     return {};  // dlib throws only when out of memory here; no face is then the best answer
   }
@@ -291,10 +380,8 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb, const FaceBox* befo
   return boxes;
 }
 
-Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed,
-                                  const LandmarkHint* hint, const LandmarkEffort& effort) const {
-  LIKENESS_CHECK(!rgb.empty() && box.width > 0 && box.height > 0, "picture %dx%d, box %gx%g", rgb.width,
-                 rgb.height, box.width, box.height);
+Landmarks FaceDetector::seek_landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed,
+                                       const LandmarkHint* hint, const LandmarkEffort& effort) const {
   if (impl_->network) return network_landmarks(*impl_->network, rgb, box, hint, effort);
   // Only the surroundings of the face are converted; faces over 300 px are reduced, as the predictor gains
   // nothing from them.

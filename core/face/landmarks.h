@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/result.h"
@@ -13,6 +14,8 @@
 #include "core/image/image.h"
 
 namespace likeness {
+
+class KeptWork;  // core/base/kept_work.h
 
 // Which source: "network", "dlib" (the system's or the bundled model), or a file, a dlib 68-point predictor
 // of the user's own. Empty: the network where it is installed, else dlib.
@@ -36,6 +39,8 @@ class FaceDetector {
   FaceDetector& operator=(FaceDetector&&) noexcept;
 
   LandmarkSource source() const;
+  // What it finds from now on is kept there, and what was found there is not sought again.
+  void keep_in(std::shared_ptr<KeptWork> kept) { kept_ = std::move(kept); }
   // Best first; faces of at least about 60 px. before: where a face was a moment ago. A face in its expected
   // place needs less evidence than another: heads turn, lamps go dim and hands cover mouths, but faces do not
   // vanish (the two thresholds of Canny's edges, IEEE PAMI 8 (1986)).
@@ -47,7 +52,11 @@ class FaceDetector {
  private:
   struct Impl;
   explicit FaceDetector(std::shared_ptr<const Impl> impl);
+  std::vector<FaceBox> seek_faces(const Image8& rgb, const FaceBox* before) const;
+  Landmarks seek_landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed,
+                           const LandmarkHint* hint, const LandmarkEffort& effort) const;
   std::shared_ptr<const Impl> impl_;
+  std::shared_ptr<KeptWork> kept_;  // or null
 };
 
 }  // namespace likeness

@@ -117,7 +117,7 @@ class Reader {
       fail(fmt::format("{} has shape {} where one integer is expected.", key, shape_text(found->shape)));
       return std::nullopt;
     }
-    return found->as_int().front();
+    return std::max(-1, found->as_int().front());
   }
   // Rows of `columns` numbers that must sum to 1 and not be negative.
   void check_rows(const std::string& key, const std::vector<float>& values, std::size_t columns) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string_view>
 
+#include "core/base/number_text.h"
 #include "core/head/ict_folder.h"
 
 namespace likeness {
@@ -48,11 +49,9 @@ class ObjReader {
     const std::size_t from = line.find_first_not_of(" \t\r");
     line.remove_prefix(std::min(from, line.size()));
   }
-  template <class T>
-  static bool take(std::string_view& line, T& value) {
+  static bool take_index(std::string_view& line, std::int64_t& value) {
     const auto parsed = std::from_chars(line.data(), line.data() + line.size(), value);
-    if (parsed.ec != std::errc() && parsed.ec != std::errc::result_out_of_range) return false;
-    if (parsed.ec == std::errc::result_out_of_range && !std::is_floating_point_v<T>) return false;
+    if (parsed.ec != std::errc()) return false;
     line.remove_prefix(std::size_t(parsed.ptr - line.data()));
     return true;
   }
@@ -62,7 +61,8 @@ class ObjReader {
     for (int axis = 0; axis < 3; ++axis) {
       skip_blanks(line);
       double value = 0;  // values too small for a float become zero
-      if (!take(line, value) || !(std::abs(value) < 1e9)) return fail("does not hold three coordinates");
+      if (!take_number(line, value) || !(std::abs(value) < 1e9))
+        return fail("does not hold three coordinates");
       vertex[axis] = float(value);
     }
     mesh_.vertices.push_back(vertex);
@@ -74,7 +74,7 @@ class ObjReader {
     int corners = 0;
     for (skip_blanks(line); !line.empty(); skip_blanks(line)) {
       std::int64_t index = 0;
-      if (!take(line, index)) return fail("holds a corner that is not a number");
+      if (!take_index(line, index)) return fail("holds a corner that is not a number");
       const std::size_t rest = line.find_first_of(" \t\r");
       line.remove_prefix(std::min(rest, line.size()));  // texture coordinate and normal
       if (index < 0) index += std::int64_t(mesh_.vertices.size()) + 1;

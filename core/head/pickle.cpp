@@ -11,6 +11,8 @@
 #include <limits>
 #include <optional>
 
+#include "core/base/number_text.h"
+
 namespace likeness {
 namespace {
 
@@ -226,10 +228,9 @@ class Machine {
     push_real(std::bit_cast<double>(bits));
   }
   void push_text_float() {
-    const std::string_view text = line();
+    std::string_view text = line();
     double value = 0;
-    const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (!error_ && (parsed.ec == std::errc::invalid_argument || text.empty())) fail("a number is expected");
+    if (!take_number(text, value) && !error_) fail("a number is expected");
     push_real(value);
   }
   // Protocol 0's str: a Python literal in quotes.

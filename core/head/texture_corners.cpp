@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "core/base/files.h"
+#include "core/base/number_text.h"
 
 namespace likeness {
 namespace {
@@ -71,9 +72,9 @@ struct ObjTexture {
     Vec2f place;
     for (int axis = 0; axis < 2; ++axis) {
       line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
-      const auto [end, failure] = std::from_chars(line.data(), line.data() + line.size(), place[axis]);
-      if (failure != std::errc{} || !std::isfinite(place[axis])) return false;
-      line.remove_prefix(std::size_t(end - line.data()));
+      double value = 0;
+      if (!take_number(line, value) || !(std::abs(value) < 1e9)) return false;
+      place[axis] = float(value);
     }
     places.push_back(place);
     return true;

@@ -168,7 +168,7 @@ Result<PaintedAttributes> read_attributes(const std::filesystem::path& path) {
   try {
     const json j = parse_json(*text);
     if (j.at("format").get<std::string>() != "likeness-attributes") return refused("it holds something else");
-    const int version = j.at("version").get<int>();
+    const int version = whole_number_in(j.at("version"));
     if (version > kAttributesVersion) return refused("it was made by a newer Likeness");
     if (version < 1) return refused("it is damaged");
     PaintedAttributes attributes;
@@ -178,7 +178,8 @@ Result<PaintedAttributes> read_attributes(const std::filesystem::path& path) {
       if (named(attributes, name) != attributes.end()) return refused(fmt::format("'{}' occurs twice", name));
       if (entry.at("annotations").empty()) return refused(fmt::format("'{}' has no frames", name));
       for (const json& painted : entry.at("annotations")) {
-        AttributeAnnotation annotation{painted.at("frame").get<int>(), painted.at("value").get<double>(), {}};
+        AttributeAnnotation annotation{
+            whole_number_in(painted.at("frame")), painted.at("value").get<double>(), {}};
         if (annotation.frame < 0 || !(std::abs(annotation.value) <= 1))
           return refused(fmt::format("a frame or value of '{}' is out of range", name));
         auto strokes = strokes_of_text(json_text(painted.at("strokes")));

@@ -14,8 +14,8 @@
 
 namespace likeness::matting {
 
-Result<Cuts> cut_all(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
-                     const Progress& progress) {
+Result<Cuts> cut_all(const Stage& stage, const std::string& name, const std::vector<Job>& jobs,
+                     const Statistics& statistics, const Progress& progress) {
   std::vector<cv::Mat> cuts(jobs.size());
   std::atomic<int> by_prior = 0;
   std::mutex mutex;
@@ -38,8 +38,11 @@ Result<Cuts> cut_all(const Stage& stage, const std::vector<Job>& jobs, const Sta
     }
     const PersonPrior prior = prior_of(stage, jobs[i], stage.cut_size, statistics.hull);
     by_prior += !prior.held.empty() || !network->empty();
-    const Plate room = room_of(stage, jobs[i], small, prior.possible);
-    cuts[i] = cut(stage, jobs[i], small, prior, room, *network, statistics);
+    auto made = kept_mask(stage, name, jobs[i].frame, [&]() -> Result<cv::Mat> {
+      const Plate room = room_of(stage, jobs[i], small, prior.possible);
+      return cut(stage, jobs[i], small, prior, room, *network, statistics);
+    });
+    if (made) cuts[i] = std::move(*made);
     progress.report(double(++done) / double(jobs.size()), fmt::format("frame {}", jobs[i].frame));
   });
   if (stage.stop.stop_requested()) return cancelled_error();
@@ -71,7 +74,7 @@ Result<RoomBehind> room_behind(const Stage& stage, const std::vector<Job>& jobs,
   std::vector<Job> chosen;
   for (const Job* job : choose(jobs, false, kRoomFrames)) chosen.push_back(*job);
   if (chosen.empty()) return RoomBehind{};
-  const auto cuts = cut_all(stage, chosen, statistics, progress.stage(0, 0.2, "rough mattes"));
+  const auto cuts = cut_all(stage, "rough cut", chosen, statistics, progress.stage(0, 0.2, "rough mattes"));
   if (!cuts) return cuts.error();
   std::vector<RoughMatte> mattes;
   for (std::size_t i = 0; i < chosen.size(); ++i) {

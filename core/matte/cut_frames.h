@@ -17,8 +17,9 @@ struct Cuts {
   std::vector<cv::Mat> persons;  // one for each job
   int by_prior = 0;              // of them, those in which a network saw the tracked head, and was used
 };
-Result<Cuts> cut_all(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
-                     const Progress& progress);
+// name: of this pass, under which it is kept.
+Result<Cuts> cut_all(const Stage& stage, const std::string& name, const std::vector<Job>& jobs,
+                     const Statistics& statistics, const Progress& progress);
 
 // The room behind the frames off the plate, learnt from rough cuts of the training frames among them.
 Result<RoomBehind> room_behind(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 
+#include "core/base/files.h"
+#include "core/base/kept_work.h"
 #include "core/matte/cut_frames.h"
 #include "core/matte/judge_background.h"
 #include "core/matte/replace_folder.h"
@@ -44,6 +46,16 @@ Result<void> look_back(Stage& stage, const std::vector<Job>& jobs, const Cuts& c
   return {};
 }
 
+// Those that a killed run wrote from the same cuts stay.
+Result<fs::path> unfinished_masks(const Stage& stage) {
+  const fs::path folder = stage.folder / "masks.part";
+  if (stage.kept && stage.kept->find("edges"))
+    if (auto there = make_writable_folder(folder); there) return folder;
+  auto fresh = fresh_folder(folder);
+  if (fresh && stage.kept) stage.kept->keep("edges", {});
+  return fresh;
+}
+
 Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progress& progress) {
   std::vector<Job> jobs = list_jobs(stage);
   const auto trains = std::count_if(jobs.begin(), jobs.end(), [](const Job& job) { return job.trains; });
@@ -62,7 +74,7 @@ Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progres
     if (stage.room) statistics = learn_in_rounds(stage, jobs, progress.stage(0.2, 0.25, "background"));
     if (!statistics) return statistics.error();
   }
-  const auto cuts = cut_all(stage, jobs, *statistics, progress.stage(0.25, 0.5, "mattes"));
+  const auto cuts = cut_all(stage, "cut", jobs, *statistics, progress.stage(0.25, 0.5, "mattes"));
   if (!cuts) return cuts.error();
   if (stage.room)
     if (auto again = learn_room_again(stage, jobs, cuts->persons, learn_room, *statistics,
@@ -71,7 +83,7 @@ Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progres
       return again.error();
   MatteResult result;
   if (auto looked = look_back(stage, jobs, *cuts, *statistics, result); !looked) return looked.error();
-  const auto masks = fresh_folder(stage.folder / "masks.part");
+  const auto masks = unfinished_masks(stage);
   if (!masks) return masks.error();
   if (auto written =
           write_masks(stage, jobs, cuts->persons, *statistics, *masks, progress.stage(0.75, 0.95, "edges"));
@@ -121,13 +133,16 @@ Result<MatteResult> matte_clip(const fs::path& folder, const Capture& capture, c
                          network ? nullptr : options.person_network.get(),
                          options.strokes,
                          stop,
+                         options.kept.get(),
                          {},
                          {},
                          {}};
     auto result = matting::run(stage, options.learn_room, progress);
+    const bool goes_on = !result && result.error().code == ErrorCode::cancelled && options.kept;
     std::error_code ignored;
-    for (const char* unfinished : {"masks.part", "regions.part"})
-      fs::remove_all(folder / unfinished, ignored);
+    if (!goes_on) fs::remove_all(folder / "masks.part", ignored);
+    fs::remove_all(folder / "regions.part", ignored);
+    if (result && options.kept) options.kept->finish();
     return result;
   } catch (const cv::Exception& fault) {
     return Error{ErrorCode::failed, fmt::format("The mattes could not be made: {}.", fault.what()),

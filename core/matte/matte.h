@@ -18,6 +18,7 @@
 
 namespace likeness {
 
+class KeptWork;  // core/base/kept_work.h
 class PersonNetwork;
 
 struct MatteOptions {
@@ -33,6 +34,9 @@ struct MatteOptions {
   // What the user painted: hard constraints on their own frame's cut and alpha. Those of training frames also
   // decide what the plate is learnt from; nothing is learnt from those of held-out frames.
   FrameStrokes strokes;
+  // Where the work is kept until it is done, for it to go on if it is killed; null: nowhere. Changes no
+  // result.
+  std::shared_ptr<KeptWork> kept;
 };
 
 // What was not filmed of the pictures (Capture::inside) is unknown: 0 in the mattes and in plate_known.

@@ -38,6 +38,24 @@ cv::Mat unfilmed(const Stage& stage, int size) {
   return outside;
 }
 
+Result<cv::Mat> kept_mask(const Stage& stage, const std::string& name, int frame,
+                          const std::function<Result<cv::Mat>()>& make) {
+  if (stage.kept == nullptr) return make();
+  const std::string piece = fmt::format("{} {}", name, frame);
+  const auto pixels = std::size_t(stage.cut_size) * std::size_t(stage.cut_size);
+  if (const auto kept = stage.kept->find(piece); kept && (kept->size() == pixels || kept->empty())) {
+    if (kept->empty()) return cv::Mat();
+    return cv::Mat(stage.cut_size, stage.cut_size, CV_8U, const_cast<char*>(kept->data())).clone();
+  }
+  auto mask = make();
+  if (!mask || stage.stop.stop_requested()) return mask;
+  const bool own_form = mask->type() == CV_8U && mask->cols == stage.cut_size && mask->rows == stage.cut_size;
+  if (mask->empty()) stage.kept->keep(piece, {});
+  if (own_form && mask->isContinuous())
+    stage.kept->keep(piece, {reinterpret_cast<const char*>(mask->data), pixels});
+  return mask;
+}
+
 Result<cv::Mat> read_frame(const Stage& stage, int frame) {
   const auto image = read_image(stage.folder / frame_name(frame));
   if (!image) return image.error();

@@ -3,11 +3,14 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <vector>
 
+#include "core/base/kept_work.h"
 #include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
@@ -35,7 +38,8 @@ struct Stage {
   const PersonNetwork* person_network = nullptr;  // or none
   const FrameStrokes& strokes;
   std::stop_token stop;
-  RoomBehind room;  // empty: not known
+  KeptWork* kept = nullptr;  // or none
+  RoomBehind room;           // empty: not known
   // Behind a hand-held camera: those that would take the plate, a mosaic, at `size` and at `cut_size`.
   // nullopt: the plate is the frames' own picture.
   std::optional<Camera> mosaic, small_mosaic;
@@ -50,6 +54,10 @@ struct Job {
   cv::Mat share;          // 8U, cut_size: of person, by the clip's own mask or by the network's; else empty
   bool own_mask = false;  // the clip brought one
 };
+
+// A mask of one frame as `make` makes it, or as a killed run has kept it. name: of this step of the work.
+Result<cv::Mat> kept_mask(const Stage& stage, const std::string& name, int frame,
+                          const std::function<Result<cv::Mat>()>& make);
 
 // A picture's pixels, which it keeps.
 cv::Mat view(const Image8& image);

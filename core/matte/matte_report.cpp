@@ -32,7 +32,7 @@ bool is_sound(const BackgroundFit& fit) {
 }
 
 BackgroundFit fit_from(const json& j) {
-  return {j.at("frames").get<int>(), j.at("held_out").get<bool>(), j.at("psnr_db").get<double>(),
+  return {whole_number_in(j.at("frames")), j.at("held_out").get<bool>(), j.at("psnr_db").get<double>(),
           j.at("constant_db").get<double>()};
 }
 
@@ -42,8 +42,9 @@ MatteReport report_from(const json& j) {
                                        [](const char* name) { return std::string_view(name); });
   if (prior == kPriors.end()) throw json::other_error::create(501, "prior", &j);
   report.prior = MaskPrior(prior - kPriors.begin());
-  report.frames = j.at("frames").get<int>(), report.prior_frames = j.at("prior_frames").get<int>();
-  report.plate_look_back = {j.at("plate_frames").get<int>(), j.at("plate_differing").get<double>()};
+  report.frames = whole_number_in(j.at("frames")),
+  report.prior_frames = whole_number_in(j.at("prior_frames"));
+  report.plate_look_back = {whole_number_in(j.at("plate_frames")), j.at("plate_differing").get<double>()};
   report.has_mosaic = j.at("mosaic").get<bool>();
   if (j.contains("plate")) report.plate = fit_from(j.at("plate"));
   if (j.contains("room")) report.room = fit_from(j.at("room"));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -140,6 +141,7 @@ Result<Image8> MattingNetwork::alpha(const Image8& rgb) const {
     std::memcpy(alpha.data.data(), bytes.data, alpha.data.size());
     return alpha;
   } catch (const cv::Exception& fault) {
+    if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
     return bad_network(impl_->network.origin(), fmt::format("The picture cannot be scaled: {}.", fault.err));
   }
 }

@@ -25,7 +25,7 @@ std::optional<Camera> camera_from_json(const nlohmann::json& entry) {
   Camera camera;
   camera.frame = -1;
   Intrinsics& k = camera.intrinsics;
-  k.width = entry.at("width").get<int>(), k.height = entry.at("height").get<int>();
+  k.width = whole_number_in(entry.at("width")), k.height = whole_number_in(entry.at("height"));
   k.fx = entry.at("fx").get<double>(), k.fy = entry.at("fy").get<double>();
   k.cx = entry.at("cx").get<double>(), k.cy = entry.at("cy").get<double>();
   const auto rotation = entry.at("rotation").get<std::vector<double>>();
@@ -60,7 +60,7 @@ Result<PlateInfo> read_plate_info(const std::filesystem::path& path) {
   try {
     const auto json = parse_json(*text);
     if (json.value("version", 0) != 1) return bad;
-    PlateInfo info{json.at("coverage").get<double>(), json.at("frames").get<std::vector<int>>()};
+    PlateInfo info{json.at("coverage").get<double>(), whole_numbers_in(json.at("frames"))};
     if (json.contains("camera")) {
       info.camera = camera_from_json(json.at("camera"));
       if (!info.camera) return bad;

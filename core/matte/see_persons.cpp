@@ -29,11 +29,7 @@ PictureRect filmed_part(const Capture& capture, int size) {
   return {x, y, std::max(1, last(crop.x, capture.width) - x), std::max(1, last(crop.y, capture.height) - y)};
 }
 
-// own: whether the clip's own mask says it.
-Result<cv::Mat> share_of(const Stage& stage, const Job& job, std::uint8_t& own) {
-  auto alpha = own_alpha(stage, job.frame, stage.cut_size);
-  own = alpha && !alpha->empty();
-  if (!alpha || own || !stage.person_network) return alpha;
+Result<cv::Mat> network_share(const Stage& stage, const Job& job) {
   const auto picture = read_frame(stage, job.frame);
   if (!picture) return picture.error();
   const cv::Mat small = reduced(*picture, stage.cut_size);
@@ -42,6 +38,14 @@ Result<cv::Mat> share_of(const Stage& stage, const Job& job, std::uint8_t& own) 
   const auto share = stage.person_network->share_in(rgb, filmed_part(stage.capture, stage.cut_size));
   if (!share) return share.error();
   return view(*share).clone();
+}
+
+// own: whether the clip's own mask says it.
+Result<cv::Mat> share_of(const Stage& stage, const Job& job, std::uint8_t& own) {
+  auto alpha = own_alpha(stage, job.frame, stage.cut_size);
+  own = alpha && !alpha->empty();
+  if (!alpha || own || !stage.person_network) return alpha;
+  return kept_mask(stage, "person", job.frame, [&] { return network_share(stage, job); });
 }
 
 }  // namespace

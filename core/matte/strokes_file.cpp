@@ -94,7 +94,7 @@ Result<Strokes> read_strokes(const std::filesystem::path& path) {
   try {
     const json j = parse_json(*text);
     if (j.at("format").get<std::string>() != "likeness-strokes") return refused("it holds something else");
-    const int version = j.at("version").get<int>();
+    const int version = whole_number_in(j.at("version"));
     if (version > kStrokesVersion) return refused("it was made by a newer Likeness");
     if (version < 1) return refused("it is damaged");
     auto read = strokes_of_text(json_text(j.at("strokes")));

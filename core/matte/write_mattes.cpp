@@ -41,6 +41,8 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
   std::atomic<std::size_t> done = 0;
   parallel_for(jobs.size(), [&](std::size_t i) {
     if (stage.stop.stop_requested()) return;
+    const fs::path mask = folder / frame_name(jobs[i].frame).filename();
+    if (stage.kept && path_exists(mask)) return;  // by a run that was killed: files are written whole
     const auto picture = read_frame(stage, jobs[i].frame);
     Result<void> written = picture ? Result<void>() : Result<void>(picture.error());
     const auto network = picture ? network_alpha(stage, *picture) : Result<cv::Mat>(cv::Mat());
@@ -66,7 +68,7 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
       if (!brought->empty()) std::memcpy(out.data.data(), brought->data, out.data.size());
       apply_strokes(strokes_on(stage, jobs[i], stage.size), out);
       fill_outside(out, resampled(stage.capture.inside, stage.capture.size, stage.size), 0);
-      written = write_image(folder / frame_name(jobs[i].frame).filename(), out);
+      written = write_image(mask, out);
     }
     const std::lock_guard lock(mutex);
     if (!written && !fault) fault = written.error();
@@ -80,7 +82,8 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
 // The regions of a frame, where they are whole.
 bool has_regions(const Stage& stage, int frame) {
   const auto regions = read_image(stage.folder / "regions" / frame_name(frame).filename());
-  return regions && regions->width == stage.capture.width && regions->height == stage.capture.height;
+  return regions && regions->channels >= 3 && regions->width == stage.capture.width &&
+         regions->height == stage.capture.height;
 }
 
 bool regions_complete(const Stage& stage) {

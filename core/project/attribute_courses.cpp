@@ -65,21 +65,21 @@ Result<std::vector<AttributeCourse>> read_attribute_values(const fs::path& path)
     const json j = parse_json(*text);
     if (j.at("format").get<std::string>() != "likeness-attribute-values")
       return refused("the file holds something else");
-    const int version = j.at("version").get<int>();
+    const int version = whole_number_in(j.at("version"));
     if (version > kValuesVersion) return refused("they were made by a newer Likeness");
     if (version < 1) return refused("they are damaged");
     std::vector<AttributeCourse> courses;
     for (const json& entry : j.at("attributes")) {
       AttributeCourse& course = courses.emplace_back();
       course.name = entry.at("name").get<std::string>();
-      course.frames = entry.at("frames").get<std::vector<int>>();
-      course.values = entry.at("values").get<std::vector<float>>();
-      course.doubts = entry.at("doubts").get<std::vector<float>>();
+      course.frames = whole_numbers_in(entry.at("frames"));
+      course.values = numbers_in(entry.at("values"));
+      course.doubts = numbers_in(entry.at("doubts"));
       course.annotated = entry.at("annotated").get<std::vector<std::uint8_t>>();
-      course.painted_frames = entry.at("painted_frames").get<int>();
-      course.skipped_frames = entry.at("skipped_frames").get<int>();
+      course.painted_frames = whole_number_in(entry.at("painted_frames"));
+      course.skipped_frames = whole_number_in(entry.at("skipped_frames"));
       course.left_out_error = entry.at("left_out_error").get<double>();
-      course.unlike_any = entry.at("unlike_any").get<int>();
+      course.unlike_any = whole_number_in(entry.at("unlike_any"));
       const std::size_t count = course.frames.size();
       const auto fine = [](float v) { return std::isfinite(v) && std::abs(v) <= 1; };
       const auto finite = [](float v) { return std::isfinite(v); };  // a number can be too large for a float

@@ -67,8 +67,11 @@ std::string mask_inputs(const AlignInputs& inputs) {
 }
 
 struct KeptDecoding::State {
-  explicit State(const StageContext& given)
-      : context(given), kept(decoded_path(given.project)), photographs(is_folder(inputs().video)) {
+  State(const StageContext& given, std::shared_ptr<KeptWork> found)
+      : context(given),
+        kept(decoded_path(given.project)),
+        faces(std::move(found)),
+        photographs(is_folder(inputs().video)) {
     align.seed = int(given.inputs.align.seed);
     align.mask_inputs = mask_inputs(given.inputs.align);
   }
@@ -183,6 +186,7 @@ struct KeptDecoding::State {
     options.predictor = context.inputs.fit.landmark_model;
     options.shots = spans_where_cut(capture);
     options.part = frames_of_seconds(capture);
+    options.kept_work = faces;
     const std::uint64_t bytes = kept_clip_bytes(capture.frames.size(), options);
     if (bytes > room) return;
     const PixelRect part = tracked_part(capture);
@@ -223,6 +227,7 @@ struct KeptDecoding::State {
 
   const StageContext& context;
   WholeFolder kept;
+  std::shared_ptr<KeptWork> faces;
   bool made = false;  // kept's temporary folder
   AlignOptions align;
   const bool photographs;
@@ -237,7 +242,8 @@ struct KeptDecoding::State {
   bool meter_failed = false, path_failed = false, fit_failed = false;
 };
 
-KeptDecoding::KeptDecoding(const StageContext& context) : state_(std::make_unique<State>(context)) {}
+KeptDecoding::KeptDecoding(const StageContext& context, std::shared_ptr<KeptWork> faces)
+    : state_(std::make_unique<State>(context, std::move(faces))) {}
 KeptDecoding::~KeptDecoding() = default;
 
 ImportListeners KeptDecoding::listeners() {

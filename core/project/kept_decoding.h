@@ -18,10 +18,13 @@ std::filesystem::path decoded_path(const Project& project);
 // What the motion of the background in a project's clip is measured with (AlignOptions::mask_inputs).
 std::string mask_inputs(const AlignInputs& inputs);
 
+class KeptWork;  // core/base/kept_work.h
+
 class KeptDecoding {
  public:
-  // For one run of import; context must outlive it.
-  explicit KeptDecoding(const StageContext& context);
+  // For one run of import; context must outlive it. faces: where those it finds are kept until import is
+  // done.
+  KeptDecoding(const StageContext& context, std::shared_ptr<KeptWork> faces);
   ~KeptDecoding();
 
   // For import_clip; where its split asks, they also say which frames a moving camera filmed.

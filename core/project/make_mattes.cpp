@@ -14,7 +14,8 @@ namespace likeness {
 
 Result<MatteResult> make_mattes(const Project& project, const MatteInputs& inputs,
                                 const std::filesystem::path& folder, const TrackedCapture& read,
-                                const HeadModel& model, const Progress& progress, std::stop_token stop) {
+                                const HeadModel& model, const Progress& progress, std::stop_token stop,
+                                std::shared_ptr<KeptWork> kept) {
   auto strokes = read_corrections(project);
   if (!strokes) return strokes.error();
   MatteOptions options;
@@ -26,6 +27,7 @@ Result<MatteResult> make_mattes(const Project& project, const MatteInputs& input
     options.person_network = std::move(*person);
   }
   options.strokes = std::move(*strokes);
+  options.kept = std::move(kept);
   Project work = project;
   work.folder = folder;
   std::error_code ignored;

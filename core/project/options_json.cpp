@@ -119,14 +119,15 @@ struct ReadOption {
     return true;
   }
   bool operator()(std::vector<int>& frames) const {
-    frames = value().get<std::vector<int>>();
+    frames = whole_numbers_in(value());
     std::ranges::sort(frames);
     return true;
   }
   // Spans that run backwards are dropped.
   bool operator()(std::vector<RefitSpan>& spans) const {
     spans.clear();
-    for (const json& span : value()) spans.push_back({span.at(0).get<int>(), span.at(1).get<int>()});
+    for (const json& span : value())
+      spans.push_back({whole_number_in(span.at(0)), whole_number_in(span.at(1))});
     std::erase_if(spans, [](const RefitSpan& s) { return s.first < 0 || s.last < s.first; });
     spans = merged_spans(std::move(spans));
     return true;

@@ -136,7 +136,7 @@ Result<Project> open_project(const fs::path& folder, Links links) {
   if (!text) return text.error();
   try {
     const json j = parse_json(*text);
-    const int version = j.at("version").get<int>();
+    const int version = whole_number_in(j.at("version"));
     if (version > kProjectVersion) {
       return Error{ErrorCode::bad_input, fmt::format("{} was made by a newer Likeness.", file.string()),
                    "Update Likeness, or build the project again into another folder.", file.string()};

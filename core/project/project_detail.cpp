@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <new>
 
 #include "core/base/files.h"
 #include "core/base/npz.h"
@@ -136,6 +137,8 @@ Result<std::optional<ProjectDetail>> read_project_detail(const Project& project,
       return damaged(path);
     for (std::size_t i = 0; i < frames.size(); ++i)
       kept.scores[frames[i]] = scores.row(Eigen::Index(i)).transpose();
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception&) {
     return damaged(path);
   }

@@ -69,15 +69,21 @@ Result<void> check_avatar_fits(const Avatar& avatar, const HeadModel& model, con
 Result<void> check_track_fits(const Track& track, const HeadModel& model) {
   const bool fits =
       track.head_model_hash == model.hash && track.person.identity.size() == model.identity_count() &&
+      track.neutral.expression.size() == model.expression_count() &&
       (track.person.offsets.empty() || int(track.person.offsets.size()) == model.vertex_count()) &&
       std::ranges::all_of(track.frames, [&](const TrackedFrame& frame) {
         return frame.pose.articulation.expression.size() == model.expression_count();
       });
-  if (fits) return {};
-  return Error{ErrorCode::bad_input,
-               fmt::format("The track was made with the {} head model and does not fit the {} one.",
-                           track.head_model_name, model.name),
-               "Run likeness fit, so that the track is made again.", "track.json"};
+  const auto refused = [](std::string what) {
+    return Error{ErrorCode::bad_input, std::move(what), "Run likeness fit, so that the track is made again.",
+                 "track.json"};
+  };
+  if (!fits)
+    return refused(fmt::format("The track was made with the {} head model and does not fit the {} one.",
+                               track.head_model_name, model.name));
+  if (const std::string wrong = misplaced_rest(model, track.person, track.neutral); !wrong.empty())
+    return refused(fmt::format("The track does not fit its head model: {}.", wrong));
+  return {};
 }
 
 Result<Image8> read_own_picture(const std::filesystem::path& folder, const std::string& name, int size,

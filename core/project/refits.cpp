@@ -53,16 +53,16 @@ Result<Refits> read_refits(const Project& project) {
   if (!text) return text.error();
   try {
     const json j = parse_json(*text);
-    if (j.at("version").get<int>() > kRefitsVersion)
+    if (whole_number_in(j.at("version")) > kRefitsVersion)
       return Error{ErrorCode::bad_input, path.string() + " was made by a newer Likeness.", "Update Likeness.",
                    path.string()};
     Refits refits;
     refits.fit_inputs = j.at("fit_inputs");
     for (const json& s : j.at("spans")) {
       RefitOutcome& o = refits.outcomes.emplace_back();
-      o.span = {s.at("first").get<int>(), s.at("last").get<int>()};
-      o.frames = s.at("frames").get<int>(), o.better = s.at("better").get<int>();
-      o.good = s.at("good").get<int>(), o.good_before = s.at("good_before").get<int>();
+      o.span = {whole_number_in(s.at("first")), whole_number_in(s.at("last"))};
+      o.frames = whole_number_in(s.at("frames")), o.better = whole_number_in(s.at("better"));
+      o.good = whole_number_in(s.at("good")), o.good_before = whole_number_in(s.at("good_before"));
     }
     return refits;
   } catch (const json::exception& e) {

@@ -1,6 +1,7 @@
 // The track of a project's clip: see stage_run.h.
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -9,8 +10,11 @@
 #include <fmt/format.h>
 
 #include "core/base/files.h"
+#include "core/base/kept_work.h"
+#include "core/base/parallel.h"
 #include "core/base/path_text.h"
 #include "core/capture/capture.h"
+#include "core/face/landmarks.h"
 #include "core/head/read_person.h"
 #include "core/project/further_clips.h"
 #include "core/project/kept_decoding.h"
@@ -70,6 +74,17 @@ Result<std::optional<PersonShape>> known_person(const StageContext& context, con
   return std::optional<PersonShape>(std::move(*person));
 }
 
+// Threads: sums are as they add them. The numbers are raised when a part of the fit, or what is kept of it,
+// changes.
+std::shared_ptr<KeptWork> kept_fit_work(const Project& project, const FitInputs& inputs,
+                                        const std::string& fit_inputs) {
+  constexpr int kFitParts = 1;
+  return std::make_shared<KeptWork>(
+      decoded_path(project) / "fit.kept",
+      fmt::format("fit {} {} {} {}", kFitParts, fit_inputs, landmark_source_hash(inputs.landmark_model),
+                  current_thread_limit()));
+}
+
 // shots: of a film that was cut, those that serve; the rest of it is not looked at.
 std::string track_words(const Track& track, const HeadModel& model, const std::vector<FrameSpan>& shots) {
   std::array<int, 3> count{};
@@ -99,6 +114,7 @@ Result<void> run_fit(const StageContext& context) {
   work.options.shots = spans_where_cut(*capture);
   work.options.part = frames_of_seconds(*capture);
   work.options.kept = decoded_path(context.project);
+  work.options.kept_work = kept_fit_work(context.project, inputs, work.fit_inputs);
   work.fitted = first_track_is_there(context, *model, work.fit_inputs);
   context.record.track_inputs = work.fitted ? work.fit_inputs : "";
   work.options.rest_frames = inputs.choices.rest_frames;
@@ -136,6 +152,7 @@ Result<void> run_fit(const StageContext& context) {
   if (!track->rest.warning.empty() && !is_further(context.project))
     context.record.warnings.push_back(track->rest.warning);
   drop_clip_frames(decoded_path(context.project));
+  work.options.kept_work->finish();
   context.record.message = track_words(*track, *model, work.options.shots);
   if (work.options.person && !is_further(context.project))
     context.record.message +=

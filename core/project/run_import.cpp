@@ -1,14 +1,17 @@
 // The import of a project's clip: see stage_run.h.
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "core/base/files.h"
+#include "core/base/kept_work.h"
 #include "core/capture/capture.h"
 #include "core/capture/head_views.h"
 #include "core/capture/split.h"
+#include "core/face/landmarks.h"
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
 #include "core/project/kept_decoding.h"
@@ -80,12 +83,20 @@ Result<void> run_import(const StageContext& context) {
   options.split = inputs.choices.split;
   options.sides = inputs.choices.sides;
   options.seconds = inputs.choices.seconds;
+  // What is found in a picture depends on nothing else.
+  options.kept_faces = std::make_shared<KeptWork>(
+      decoded_path(context.project) / "import.kept",
+      fmt::format("faces 1 {} {}", landmark_source_hash(inputs.landmark_model), inputs.video.string()));
   if (is_further(context.project)) options.held_out_share = 0;  // the first clip alone is measured
-  KeptDecoding kept(context);
+  KeptDecoding kept(context, options.kept_faces);
   const auto capture = import_clip(inputs.video, context.project.folder, options, kept.listeners(),
                                    context.progress, context.stop);
-  if (!capture) return capture.error();
+  if (!capture) {
+    if (capture.error().code != ErrorCode::cancelled) options.kept_faces->finish();
+    return capture.error();
+  }
   kept.commit();
+  options.kept_faces->finish();
   int used = 0, held_out = 0;
   for (const CaptureFrame& frame : capture->frames) used += frame.used, held_out += frame.held_out;
   context.record.message =

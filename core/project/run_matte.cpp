@@ -2,13 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "core/base/files.h"
 #include "core/project/corrections.h"
+#include "core/project/kept_decoding.h"
 #include "core/project/make_mattes.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
 #include "core/project/stage_run.h"
+#include "core/project/staleness.h"
 
 namespace likeness {
 
@@ -18,8 +21,12 @@ Result<void> run_matte(const StageContext& context) {
   const auto model = head_model_at(context.inputs.matte.head_model);
   if (!model) return model.error();
   if (const auto fits = check_track_fits(read->track, *model); !fits) return fits.error();
+  constexpr int kMatteParts = 1;  // raised when what is kept of a frame is made otherwise
+  const auto kept = std::make_shared<KeptWork>(
+      decoded_path(context.project) / "mattes.kept",
+      fmt::format("mattes {} {}", kMatteParts, input_hash(context.project, Stage::matte)));
   const auto matte = make_mattes(context.project, context.inputs.matte, context.project.folder, *read, *model,
-                                 context.progress, context.stop);
+                                 context.progress, context.stop, kept);
   if (!matte) return matte.error();
   context.record.message =
       matte->has_plate ? fmt::format("Background plate, {:.0f} % of it seen.", 100 * matte->plate_coverage)

@@ -72,7 +72,7 @@ Result<TrainingCurve> read_training_curve(const fs::path& path) {
   };
   try {
     const json j = parse_json(*text);
-    if (j.at("version").get<int>() > kCurveVersion) return damaged("it was made by a newer Likeness");
+    if (whole_number_in(j.at("version")) > kCurveVersion) return damaged("it was made by a newer Likeness");
     TrainingCurve curve;
     for (const json& p : j.at("training"))
       curve.training.push_back({p.at(0).get<std::uint64_t>(), p.at(1).get<double>(), p.at(4).get<double>(),

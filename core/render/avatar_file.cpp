@@ -321,8 +321,8 @@ TorsoModes torso_modes_from_json(const json& j) {
   const json& grid = j.at("torso_grid");
   m.grid.origin = {grid.at(0).get<float>(), grid.at(1).get<float>()};
   m.grid.cell = grid.at(2).get<float>();
-  m.grid.columns = grid.at(3).get<int>(), m.grid.rows = grid.at(4).get<int>();
-  m.mean = j.at("torso_mean").get<std::vector<float>>();
+  m.grid.columns = whole_number_in(grid.at(3)), m.grid.rows = whole_number_in(grid.at(4));
+  m.mean = numbers_in(j.at("torso_mean"));
   if (!take_modes(j.at("torso_modes").get<std::vector<std::vector<float>>>(), m) || !is_consistent(m))
     throw Bad{"the torso's modes do not match their grid"};
   if (j.contains("torso_hem")) {

@@ -41,14 +41,19 @@ std::string wrong_count(const Avatar& avatar, const HeadModel& model) {
 
 }  // namespace
 
-Result<void> check_numbers_fit(const Avatar& avatar, const HeadModel& model) {
-  if (std::string wrong = wrong_count(avatar, model); !wrong.empty()) return does_not_fit(std::move(wrong));
-  const std::vector<Vec3f> posed =
-      pose_detailed_head(model, shape_head(model, avatar.person), avatar.neutral, avatar.detail);
+std::string misplaced_rest(const HeadModel& model, const PersonShape& person, const Articulation& neutral,
+                           const ExpressionDetail& detail) {
+  const std::vector<Vec3f> posed = pose_detailed_head(model, shape_head(model, person), neutral, detail);
   for (std::size_t v = 0; v < posed.size(); ++v)
     if (const float far = (posed[v] - model.vertices[v]).norm(); !(far <= kFarthestVertex))
-      return does_not_fit(
-          fmt::format("vertex {} of its face at rest lies {:.3g} m from the model's", v, far));
+      return fmt::format("vertex {} of its face at rest lies {:.3g} m from the model's", v, far);
+  return {};
+}
+
+Result<void> check_numbers_fit(const Avatar& avatar, const HeadModel& model) {
+  std::string wrong = wrong_count(avatar, model);
+  if (wrong.empty()) wrong = misplaced_rest(model, avatar.person, avatar.neutral, avatar.detail);
+  if (!wrong.empty()) return does_not_fit(std::move(wrong));
   return {};
 }
 

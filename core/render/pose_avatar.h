@@ -1,6 +1,8 @@
 // Posing an avatar: its head model turns an articulation into the state that the renderer uses.
 #pragma once
 
+#include <string>
+
 #include "core/head/expression_detail.h"
 #include "core/head/head_model.h"
 #include "core/head/pose_head.h"
@@ -21,6 +23,11 @@ struct AvatarRig {
   TorsoModes torso;           // empty: a rigid torso
   ExpressionDetail detail{};  // empty: none
 };
+
+// In words, where this person's face at rest is not of a head's size and place, as in a file that was
+// altered; empty: it is. Its lists are as long as the model's.
+std::string misplaced_rest(const HeadModel& model, const PersonShape& person, const Articulation& neutral,
+                           const ExpressionDetail& detail = {});
 
 // Whether an avatar's lists are as long as its head model needs them, and its face at rest of a head's size:
 // a file may say anything.

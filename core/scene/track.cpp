@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
@@ -129,8 +130,8 @@ TorsoModes torso_modes_from(const json& j) {
   if (j.is_null()) return m;
   m.grid.origin = {j.at("origin_m").at(0).get<float>(), j.at("origin_m").at(1).get<float>()};
   m.grid.cell = j.at("cell_m").get<float>();
-  m.grid.columns = j.at("columns").get<int>(), m.grid.rows = j.at("rows").get<int>();
-  m.mean = j.at("mean_m").get<std::vector<float>>();
+  m.grid.columns = whole_number_in(j.at("columns")), m.grid.rows = whole_number_in(j.at("rows"));
+  m.mean = numbers_in(j.at("mean_m"));
   if (!take_modes(j.at("modes_m").get<std::vector<std::vector<float>>>(), m) || !is_consistent(m))
     throw std::runtime_error("the torso's modes do not match their grid");
   return m;
@@ -163,9 +164,8 @@ json rest_json(const RestChoice& rest) {
 }
 
 RestChoice rest_from(const json& j) {
-  RestChoice rest{j.at("frames").get<std::vector<int>>(), j.at("asked").get<bool>(),
-                  j.at("trust").get<double>(), j.at("why").get<std::string>(),
-                  j.at("warning").get<std::string>()};
+  RestChoice rest{whole_numbers_in(j.at("frames")), j.at("asked").get<bool>(), j.at("trust").get<double>(),
+                  j.at("why").get<std::string>(), j.at("warning").get<std::string>()};
   if (!std::isfinite(rest.trust)) throw std::runtime_error("the rest's trust is not a number");
   return rest;
 }
@@ -181,7 +181,7 @@ std::vector<FrameSpan> shots_from(const json& j) {
   std::vector<FrameSpan> shots;
   if (!j.contains("shots")) return shots;
   for (const json& shot : j.at("shots")) {
-    shots.push_back({shot.at(0).get<int>(), shot.at(1).get<int>()});
+    shots.push_back({whole_number_in(shot.at(0)), whole_number_in(shot.at(1))});
     const FrameSpan& own = shots.back();
     if (own.first > own.last || (shots.size() > 1 && own.first <= shots[shots.size() - 2].last))
       throw std::runtime_error("its shots are not in ascending order");
@@ -198,7 +198,7 @@ TrackedFrame frame_from(const json& j) {
   f.pose.world_from_head = pose_from(j.at("world_from_head"));
   f.pose.world_from_torso = pose_from(j.at("world_from_torso"));
   if (j.contains("torso_shape")) {
-    const auto shape = take_shape(j.at("torso_shape").get<std::vector<float>>());
+    const auto shape = take_shape(numbers_in(j.at("torso_shape")));
     if (!shape || !std::ranges::all_of(*shape, [](float s) { return std::abs(s) <= kMostOfHead; }))
       throw std::runtime_error("a torso's shape has too many or too large numbers");
     f.pose.torso_shape = *shape;
@@ -264,6 +264,8 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
     for (std::size_t i = 0; i < track.frames.size(); ++i)
       text += (i ? ",\n  " : "\n  ") + json_text(frame_json(track.frames[i]));
     text += "\n ]\n}\n";
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return Error{ErrorCode::failed, "The track could not be written as text: " + std::string(e.what()),
                  "Run the fit again.", path.string()};
@@ -279,10 +281,10 @@ Result<Track> read_track(const std::filesystem::path& path) {
     if (j.value("format", "") != "likeness-track")
       return Error{ErrorCode::bad_input, "This file is not a track.", "Run the fit again to rewrite it.",
                    path.string()};
-    if (j.at("version").get<int>() != kVersion)
+    if (whole_number_in(j.at("version")) != kVersion)
       return Error{ErrorCode::bad_input,
-                   "The track has version " + std::to_string(j.at("version").get<int>()) + "; version " +
-                       std::to_string(kVersion) + " is understood.",
+                   "The track has version " + std::to_string(whole_number_in(j.at("version"))) +
+                       "; version " + std::to_string(kVersion) + " is understood.",
                    "Run the fit again with this version of Likeness.", path.string()};
     Track track;
     track.head_model_name = j.at("head_model_name").get<std::string>();
@@ -303,6 +305,8 @@ Result<Track> read_track(const std::filesystem::path& path) {
         throw std::runtime_error("the frames are not in ascending order");
     }
     return track;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return Error{ErrorCode::bad_input, "The track could not be read: " + std::string(e.what()),
                  "Run the fit again to rewrite it.", path.string()};

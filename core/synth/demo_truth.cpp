@@ -57,9 +57,9 @@ Result<DemoTruth> read_demo_truth(const std::filesystem::path& cameras_truth) {
     truth.camera = DemoCamera(kind - names.begin());
     if (!json.contains("demo_shots")) return truth;
     for (const auto& entry : json.at("demo_shots")) {
-      const TrueShot shot{entry.at("first").get<int>(), entry.at("last").get<int>(),
-                          entry.at("cut").get<std::string>(), entry.at("place").get<int>(),
-                          entry.at("camera").get<int>()};
+      const TrueShot shot{whole_number_in(entry.at("first")), whole_number_in(entry.at("last")),
+                          entry.at("cut").get<std::string>(), whole_number_in(entry.at("place")),
+                          whole_number_in(entry.at("camera"))};
       const int next = truth.shots.empty() ? 0 : truth.shots.back().last + 1;
       if (shot.first != next || shot.last < shot.first)
         return bad_truth(cameras_truth, fmt::format("shot {} has a gap before it", truth.shots.size() + 1));

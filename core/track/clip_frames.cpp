@@ -308,6 +308,7 @@ Result<ClipFollower> ClipFollower::create(const VideoInfo& info, const std::file
                                           const TrackOptions& options) {
   auto detector = FaceDetector::load(options.predictor);
   if (!detector) return detector.error();
+  detector->keep_in(options.kept_work);
   auto empty = empty_clip(video, info, region, options);
   if (!empty) return empty.error();
   return ClipFollower(

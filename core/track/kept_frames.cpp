@@ -56,7 +56,7 @@ Landmarks landmarks_from(const json& j) {
     landmarks.spread[k] = points.at(at + 2).get<double>();
   }
   landmarks.cluster_share = j.at("share").get<double>();
-  landmarks.runs = j.at("runs").get<int>();
+  landmarks.runs = whole_number_in(j.at("runs"));
   return landmarks;
 }
 
@@ -70,7 +70,7 @@ json frame_json(const ClipFrame& f) {
 
 ClipFrame frame_from(const json& j) {
   ClipFrame f;
-  f.frame = j.at("frame").get<int>();
+  f.frame = whole_number_in(j.at("frame"));
   f.time_s = j.at("time_s").get<double>();
   f.held_out = j.at("held_out").get<bool>();
   f.shot = j.value("shot", 0);
@@ -162,8 +162,8 @@ std::optional<ClipFrames> kept_clip_frames(const fs::path& folder, const std::st
     if (document.at("inputs") != inputs) return std::nullopt;
     ClipFrames clip;
     const json& region = document.at("region");
-    clip.region = {region.at(0).get<int>(), region.at(1).get<int>(), region.at(2).get<int>(),
-                   region.at(3).get<int>()};
+    clip.region = {whole_number_in(region.at(0)), whole_number_in(region.at(1)),
+                   whole_number_in(region.at(2)), whole_number_in(region.at(3))};
     clip.scale = document.at("scale").get<double>();
     for (const json& frame : document.at("frames")) clip.frames.push_back(frame_from(frame));
     const std::vector<int>& numbers = pictures->about().frames;

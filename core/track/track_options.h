@@ -12,6 +12,7 @@
 
 namespace likeness {
 
+class KeptWork;         // core/base/kept_work.h
 struct WithheldPoints;  // core/track/points/withheld_points.h
 
 struct TrackOptions {
@@ -36,6 +37,9 @@ struct TrackOptions {
   // Where import kept what its decoding showed for this (core/track/kept_frames.h); empty: nowhere. Changes
   // no result.
   std::filesystem::path kept{};
+  // Where the work itself is kept until the track is done, for it to go on if it is killed; null: nowhere.
+  // Changes no result.
+  std::shared_ptr<KeptWork> kept_work{};
   std::shared_ptr<WithheldPoints> withheld;  // for studies: takes point tracks away from the dense step
   std::shared_ptr<std::vector<StageSeconds>> seconds;  // receives the time of each stage, or null
 };

@@ -234,7 +234,7 @@ Result<void> read_checkpoint(const std::filesystem::path& path, const std::strin
     read.head.adam.step = j.at("head_steps").get<std::uint64_t>();
     if (read.torso) read.torso->adam.step = j.at("torso_steps").get<std::uint64_t>();
     read.codes_adam.step = j.at("codes_steps").get<std::uint64_t>();
-    read.refinements = j.at("refinements").get<int>();
+    read.refinements = whole_number_in(j.at("refinements"));
     if (!read_corrections(*sections, j.at("corrected_views").get<std::size_t>(), read))
       return unusable(path, "the corrections of the track have the wrong size");
     const auto moments = j.at("codes_moments").get<std::size_t>();

@@ -377,14 +377,17 @@ bool listens_for_interrupts(pid_t child) {
   return false;
 }
 
+// SIGHUP: the terminal was closed.
 TEST_F(CommandLine, TrackStopsOnRequestWithItsOwnExitCode) {
   const fs::path clip = write_clip("long.mp4", 600), out = folder_ / "track.json";
-  const pid_t child =
-      start_program({likeness_path(), "track", clip.string(), "--out", out.string()}, folder_);
-  ASSERT_TRUE(listens_for_interrupts(child));
-  ::kill(child, SIGINT);
-  EXPECT_EQ(wait_program(child), 130);
-  EXPECT_FALSE(fs::exists(out));
+  for (const int number : {SIGINT, SIGHUP}) {
+    const pid_t child =
+        start_program({likeness_path(), "track", clip.string(), "--out", out.string()}, folder_);
+    ASSERT_TRUE(listens_for_interrupts(child));
+    ::kill(child, number);
+    EXPECT_EQ(wait_program(child), 130) << number;
+    EXPECT_FALSE(fs::exists(out));
+  }
   std::ifstream file(folder_ / "err");
   const std::string said((std::istreambuf_iterator<char>(file)), {});
   EXPECT_NE(said.find("Stopped"), std::string::npos) << said;

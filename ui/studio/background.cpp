@@ -5,6 +5,8 @@
 #include <memory>
 #include <utility>
 
+#include "core/base/fault_words.h"
+
 namespace likeness::ui {
 
 Background::Background(std::function<void(const std::string&)> broke, std::function<void()> wake)
@@ -57,7 +59,7 @@ void Background::loop(std::stop_token stop) {
     try {
       delivery = item.work(stop);
     } catch (const std::exception& e) {
-      delivery = [this, what = std::string(e.what())] { broke_(what); };
+      delivery = [this, what = fault_words(e)] { broke_(what); };
     }
     item.work = nullptr;  // what it holds may be large, so free it before locking
     lock.lock();

@@ -7,6 +7,8 @@
 #include <exception>
 #include <utility>
 
+#include "core/base/fault_words.h"
+
 namespace likeness::ui {
 
 namespace fs = std::filesystem;
@@ -115,7 +117,7 @@ void ClipRecorder::run(std::stop_token stop) {
     try {
       use_camera(device, stop);
     } catch (const std::exception& e) {  // usually for want of memory
-      fail({ErrorCode::failed, std::string("The recording was cut short: ") + e.what() + ".",
+      fail({ErrorCode::failed, "The recording was cut short: " + fault_words(e) + ".",
             "Close other programs and try again.", ""});
     }
     const std::lock_guard lock(mutex_);

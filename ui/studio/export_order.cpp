@@ -99,15 +99,16 @@ Film posed_film(const ExportOrder& order) {
   const int frames = orbit ? std::max(2, int(std::lround(choice.seconds * choice.frames_per_second))) : 1;
   const float from = value_at(*order.performance, "camera yaw", order.time_s);
   const ValueRange swing = orbit ? orbit_swing(choice, *order.contents->avatar, from) : ValueRange{};
-  Film film;
+  std::vector<Camera> cameras;
+  std::vector<AvatarPose> poses;
   for (const double yaw : orbit_yaws(steady_times(frames, choice.frames_per_second), swing.low, swing.high)) {
     Performance seen = *order.performance;
     seen.channels["camera yaw"] = {{0, from + float(yaw)}};
     DirectedMoment moment = direct_moment(order.contents->avatar->directed, seen, order.time_s);
-    film.cameras.push_back(moment.camera);
-    film.poses.push_back(std::move(moment.pose));
+    cameras.push_back(moment.camera);
+    poses.push_back(std::move(moment.pose));
   }
-  return film;
+  return listed_film(std::move(cameras), std::move(poses));
 }
 
 // Whether a still's camera stands where the clip's rested.

@@ -4,6 +4,7 @@
 #include <exception>
 #include <utility>
 
+#include "core/base/fault_words.h"
 #include "core/base/priority.h"
 
 namespace likeness::ui {
@@ -38,7 +39,7 @@ Job::Job(Work work, std::function<void()> wake) : wake_(std::move(wake)) {
       try {
         return work(progress, stop);
       } catch (const std::exception& e) {  // usually for want of memory
-        return Error{ErrorCode::failed, std::string("The work was interrupted: ") + e.what() + ".",
+        return Error{ErrorCode::failed, "The work was interrupted: " + fault_words(e) + ".",
                      "Close other programs and try again; what was finished is kept.", ""};
       }
     }();

@@ -5,7 +5,20 @@
 
 #include <utility>
 
+#include "core/video/finish_film.h"
+
 namespace likeness::ui {
+
+RecordSession::RecordSession(const SessionContext& context) : context_(context) {
+  context_.background.run("recordings", [context, folder = context.options.projects](std::stop_token) {
+    const auto films = finish_abandoned_films(folder);
+    return Background::Delivery([context, films] {
+      if (!films.empty())
+        context.notices.message =
+            fmt::format("A recording that was broken off is now in {}.", films.front().string());
+    });
+  });
+}
 
 void RecordSession::start(std::unique_ptr<LiveDriver> driver) {
   if (recorder_) return;

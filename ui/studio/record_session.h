@@ -19,7 +19,8 @@ struct RecordRequests {
 
 class RecordSession {
  public:
-  explicit RecordSession(const SessionContext& context) : context_(context) {}
+  // Finishes recordings that a killed studio left in the folder of the projects.
+  explicit RecordSession(const SessionContext& context);
 
   // driver: of an avatar; it lets its camera go before one is opened to record. Null: nothing is driven.
   void start(std::unique_ptr<LiveDriver> driver);

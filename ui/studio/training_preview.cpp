@@ -18,6 +18,7 @@
 #include "core/image/metrics.h"
 #include "core/matte/plate_file.h"
 #include "core/matte/read_regions.h"
+#include "core/project/project_views.h"
 #include "core/render/camera_path.h"
 #include "core/render/room_picture.h"
 #include "ui/studio/channel_words.h"
@@ -53,7 +54,8 @@ void read_background(Scene& scene) {
       scene.room = room_picture(make_room_scene(*room), scene.view.camera, RenderQuality::preview);
   if (auto regions = read_regions(regions_path(project), capture, frame)) {
     scene.regions = std::move(*regions);
-  } else if (const auto mask = read_image(project.folder / "masks" / frame_name(frame).filename())) {
+  } else if (const auto mask = read_own_picture(project.folder / "masks",
+                                                frame_name(frame).filename().string(), capture.size, 1)) {
     scene.regions.person = crop(*mask, capture.inside);
     for (std::uint8_t& alpha : scene.regions.person.data) alpha = alpha > 127 ? 255 : 0;
   }
@@ -105,9 +107,11 @@ std::optional<Scene> open_scene(const Project& project) {
   if (frames.empty()) return std::nullopt;
   frames = well_tracked(**contents, frames);
   scene.view = *frame_view(**contents, frames[frames.size() / 2]);
-  auto truth = read_image(project.folder / frame_name(scene.view.tracked->frame));
-  if (!truth || truth->channels != 3) return std::nullopt;
-  const PixelRect& inside = (*contents)->capture->inside;
+  const Capture& capture = *(*contents)->capture;
+  const auto truth = read_own_picture(
+      project.folder / "frames", frame_name(scene.view.tracked->frame).filename().string(), capture.size, 3);
+  if (!truth) return std::nullopt;
+  const PixelRect& inside = capture.inside;
   scene.truth = crop(*truth, inside);
   scene.view.camera = view_of_part(scene.view.camera, inside);
   read_background(scene);
@@ -128,12 +132,15 @@ Image render_directed(const Scene& scene, const AvatarRig& rig, const std::share
   return renderer.render(avatar, resized(moment.camera, avatar->size), state, options).rgba;
 }
 
-PreviewPictures render_preview(const Scene& scene, const std::shared_ptr<const Avatar>& shared,
-                               std::size_t number, PictureRenderer& renderer) {
+// Empty where the avatar does not fit the head model: the training's end tells it.
+std::optional<PreviewPictures> render_preview(const Scene& scene, const std::shared_ptr<const Avatar>& shared,
+                                              std::size_t number, PictureRenderer& renderer) {
   const Avatar& avatar = *shared;
   static constexpr double kTurns_deg[] = {-20, 20, 10, -10};
   static constexpr const char* kFaces[] = {"smile", "A", "surprise", "O"};
-  const AvatarRig rig = *make_rig(avatar, *scene.contents->model);  // as training made it
+  const auto made = make_rig(avatar, *scene.contents->model);
+  if (!made) return std::nullopt;
+  const AvatarRig& rig = *made;
   RenderOptions options = render_options(RenderQuality::preview);
   PreviewPictures pictures;
   pictures.frame = scene.view.tracked->frame;
@@ -216,7 +223,9 @@ void TrainingPreview::loop(std::stop_token stop) {
       if (!scene) return;  // nothing to compare with; training goes on without previews
       const HeadModel& model = *scene->contents->model;
       if (scene->presets.empty()) scene->presets = presets(model, seen_from_rest(*avatar, model));
-      pictures = std::make_shared<const PreviewPictures>(render_preview(*scene, avatar, number, renderer));
+      auto rendered = render_preview(*scene, avatar, number, renderer);
+      if (!rendered) return;
+      pictures = std::make_shared<const PreviewPictures>(std::move(*rendered));
       renderer.let_go();  // the training needs the memory more
     } catch (const std::exception&) {
       return;  // memory ran out over a preview: the training needs it more

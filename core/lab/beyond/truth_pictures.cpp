@@ -12,6 +12,7 @@
 #include "core/image/files.h"
 #include "core/matte/person_prior.h"
 #include "core/matte/regions.h"
+#include "core/project/project_views.h"
 #include "core/scene/mesh_scene.h"
 #include "core/synth/body_pose.h"
 
@@ -80,14 +81,14 @@ Shot TruthCamera::seen_from(Shot shot, double yaw_deg, double pitch_deg) const {
   return shot;
 }
 
-Result<Image8> TruthCamera::kept(const std::string& name) const {
+Result<Image8> TruthCamera::kept(const std::string& name, int channels) const {
   if (folder_.empty() || !path_exists(folder_ / name))
     return Error{ErrorCode::not_found, "Not kept.", "", ""};
-  return read_image(folder_ / name);
+  return read_own_picture(folder_, name, capture_.size, channels);
 }
 
 Result<TruthPicture> TruthCamera::take(const std::string& name, const Shot& shot, std::stop_token stop) {
-  auto rgb = kept(name + ".png"), mask = kept(name + ".mask.png"), room = kept(name + ".room.png");
+  auto rgb = kept(name + ".png", 3), mask = kept(name + ".mask.png", 1), room = kept(name + ".room.png", 3);
   if (!rgb || !mask || !room) {
     const DemoFrame taken = stage_.film(shot, stop);
     const auto behind = stage_.film_room(shot.camera, stop);

@@ -50,7 +50,7 @@ class TruthCamera {
   Result<TruthPicture> take(const std::string& name, const Shot& shot, std::stop_token stop);
 
  private:
-  Result<Image8> kept(const std::string& name) const;
+  Result<Image8> kept(const std::string& name, int channels) const;
 
   DemoStage stage_;
   const Capture& capture_;

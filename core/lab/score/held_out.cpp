@@ -40,6 +40,12 @@ Result<Vec3f> held_out_exposure(const Project& project, const HeldOutSet& set, i
     Image8 plate;
     if (const auto read = read_project_plate(project, plate, behind.known); !read) return read.error();
     if (!behind.known.empty()) behind.known = crop(behind.known, set.capture.inside);
+    if (!behind.known.empty() &&
+        (behind.known.width != behind.rgb.width || behind.known.height != behind.rgb.height))
+      return Error{
+          ErrorCode::bad_input,
+          fmt::format("{} has another size than the avatar's plate.", plate_known_path(project).string()),
+          fmt::format("Run: likeness build {}", project.folder.string()), plate_known_path(project).string()};
   }
   const auto alpha =
       read_own_picture(project.folder / "masks", fmt::format("{:06}.png", frame), set.capture.size, 1);

@@ -195,8 +195,9 @@ Paint paint_with(const NerfAvatar& avatar, const AvatarRig& rig) {
 template <class Model>
 void take_mark(const StudyBench& bench, const Model& model, const Avatar& scene,
                std::vector<ModelMark>& marks, const std::stop_token& stop) {
-  const AvatarRig rig = *make_rig(scene, bench.clip.set.model);  // as training made it
-  const PaintedFrames painted = paint_frames(bench, bench.marked, paint_with(model, rig), stop);
+  const auto rig = make_rig(scene, bench.clip.set.model);
+  if (!rig) return;  // the finished model, rigged in the same way, tells it
+  const PaintedFrames painted = paint_frames(bench, bench.marked, paint_with(model, *rig), stop);
   marks.push_back(mark_of(painted.scores, painted.background_known, scene.train_seconds, scene.steps));
 }
 

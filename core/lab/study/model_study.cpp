@@ -9,6 +9,7 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/base/json_text.h"
 #include "core/base/parallel.h"
 #include "core/capture/capture.h"
 #include "core/image/files.h"
@@ -118,7 +119,7 @@ std::optional<ModelScore> read_model_score(const fs::path& path, const std::stri
                              .psnr_face_db = number_or_nan(q.at("psnr_face_db")),
                              .bytes = q.at("bytes").get<std::uint64_t>()});
     for (const nlohmann::json& z : j->at("sizes"))
-      s.sizes.push_back({z.at("size").get<int>(), z.at("frame_seconds").get<double>()});
+      s.sizes.push_back({whole_number_in(z.at("size")), z.at("frame_seconds").get<double>()});
     return s;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;

@@ -71,10 +71,10 @@ Result<std::vector<FaceMark>> read_face_marks(const std::filesystem::path& path)
   if (!text) return text.error();
   try {
     const nlohmann::json file = parse_json(*text);
-    if (file.at("version").get<int>() != kVersion)
+    if (whole_number_in(file.at("version")) != kVersion)
       return Error{ErrorCode::bad_input, "The marks have another version.", "Use marks of version 1.",
                    path.string()};
-    const auto frames = file.at("frames").get<std::vector<int>>();
+    const auto frames = whole_numbers_in(file.at("frames"));
     const auto mouth = read_letters(file.at("mouth"), frames.size(), 'c', 'o');
     if (!mouth) return mouth.error();
     const auto eyes = read_letters(file.at("eyes"), frames.size(), 'o', 's');

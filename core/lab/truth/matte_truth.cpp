@@ -10,7 +10,7 @@
 #include "core/base/files.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
-#include "core/image/files.h"
+#include "core/lab/truth/truth_picture.h"
 #include "core/matte/person_network.h"
 #include "core/project/make_mattes.h"
 #include "core/project/project_head_model.h"
@@ -116,9 +116,9 @@ Result<std::vector<MatteRow>> compare_masks(const Project& project, const fs::pa
     const fs::path name = frame_name(frame.frame).filename();
     std::error_code ignored;
     if (!fs::exists(masks / name, ignored)) continue;  // refused, or its camera was lost
-    const auto found = read_image(masks / name);
+    const auto found = read_own_picture(masks, name.string(), capture->size, 1);
     if (!found) return found.error();
-    const auto whole = read_image(demo / "masks_truth" / fmt::format("{:06d}.png", frame.frame));
+    const auto whole = read_truth_picture(demo / "masks_truth" / fmt::format("{:06d}.png", frame.frame), 1);
     if (!whole) return whole.error();
     Image8 truth =
         resize(crop(*whole, square.x, square.y, square.side, square.side), found->width, found->height);

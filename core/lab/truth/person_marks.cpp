@@ -149,13 +149,15 @@ Result<PersonMarks> read_person_marks(const std::filesystem::path& path) {
   if (!text) return text.error();
   try {
     const nlohmann::json file = parse_json(*text);
-    if (file.at("version").get<int>() != kMarksVersion) return unreadable(path, "they have another version");
+    if (whole_number_in(file.at("version")) != kMarksVersion)
+      return unreadable(path, "they have another version");
     PersonMarks marks;
     marks.clip = file.at("clip").get<std::string>();
     marks.video_hash = file.at("video_hash").get<std::string>();
-    marks.width = file.at("size").at(0).get<int>(), marks.height = file.at("size").at(1).get<int>();
+    marks.width = whole_number_in(file.at("size").at(0)),
+    marks.height = whole_number_in(file.at("size").at(1));
     for (const nlohmann::json& frame : file.at("frames"))
-      marks.frames.push_back({frame.at("frame").get<int>(), polygons(frame, "person"),
+      marks.frames.push_back({whole_number_in(frame.at("frame")), polygons(frame, "person"),
                               polygons(frame, "holes"), polygons(frame, "head"),
                               polygons(frame, "head_holes"), polygons(frame, "unsure")});
     if (const std::string fault = fault_of(marks); !fault.empty()) return unreadable(path, fault);

@@ -16,6 +16,7 @@
 #include "core/head/builtin_head.h"
 #include "core/head/load_head_model.h"
 #include "core/head/pose_head.h"
+#include "core/project/project_views.h"
 #include "core/scene/head_regions.h"
 #include "core/scene/mesh_scene.h"
 
@@ -161,6 +162,9 @@ Result<TrackTruth> read_track_truth(const fs::path& folder) {
         fmt::format("The truth was written with another {} head than this one.", truth.track.head_model_name),
         "Write the demo again: likeness demo FOLDER", folder.string()};
   }
+  if (const auto fits = check_track_fits(truth.track, truth.model); !fits)
+    return Error{ErrorCode::bad_input, fits.error().what, "Write the demo again: likeness demo FOLDER",
+                 folder.string()};
   return truth;
 }
 

@@ -13,9 +13,9 @@
 #include "core/base/check.h"
 #include "core/camera/mosaic.h"
 #include "core/capture/capture.h"
-#include "core/image/files.h"
 #include "core/image/metrics.h"
 #include "core/image/srgb.h"
+#include "core/lab/truth/truth_picture.h"
 #include "core/matte/plate_file.h"
 #include "core/project/project_views.h"
 #include "core/render/room_picture.h"
@@ -170,7 +170,8 @@ Result<std::vector<WallRow>> study_walls(const Project& project, const fs::path&
     const FoundWall found = study->behind(frames[i]);
     if (found.rgb.empty()) continue;
     const fs::path name = fmt::format("{:06d}.png", frames[i]);
-    const auto wall = read_image(demo / "wall_truth" / name), mask = read_image(demo / "masks_truth" / name);
+    const auto wall = read_truth_picture(demo / "wall_truth" / name, 3),
+               mask = read_truth_picture(demo / "masks_truth" / name, 1);
     if (!wall) return wall.error();
     if (!mask) return mask.error();
     const auto cut = [&](const Image8& picture) {

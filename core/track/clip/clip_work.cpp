@@ -55,6 +55,7 @@ Result<void> find_landmarks_again(const TrackOptions& options, ClipWork& work, c
                                   std::stop_token stop) {
   auto detector = FaceDetector::load(options.predictor);
   if (!detector) return detector.error();
+  detector->keep_in(options.kept_work);
   const ReducedPerson person = reduced_person(work.head, work.identity);
   const Vec2d corner(work.clip.region.x, work.clip.region.y);
   const auto find = [&](std::size_t i) {

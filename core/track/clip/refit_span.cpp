@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <new>
 
 #include "core/base/quantile.h"
 #include "core/track/clip/span_fitter.h"
@@ -150,6 +151,8 @@ Result<Refit> refit_span(const std::filesystem::path& video, const TrackRegion& 
       for (const SpanFrame& frame : fitter.frames())
         if (is_in(parts[i], frame.tracked.frame)) fitted.push_back(frame);
     }
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return Error{
         ErrorCode::failed, "Fitting the span again failed: " + std::string(e.what()),

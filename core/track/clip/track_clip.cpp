@@ -9,6 +9,7 @@
 
 #include "core/base/rigid.h"
 #include "core/track/clip/clip_work.h"
+#include "core/track/clip/kept_fit.h"
 #include "core/track/clip/wandering_poses.h"
 #include "core/track/fit/neutral.h"
 #include "core/track/fit/personal_shape.h"
@@ -217,6 +218,87 @@ Result<void> add_torso(const ClipWork& work, const CameraSet& cameras, const Hea
   return {};
 }
 
+// The landmarks again, from the dense poses, and the faces fitted with all that the pictures say of them.
+Result<void> fit_again(const HeadModel& model, const TrackOptions& options, ClipWork& work, StageClock& clock,
+                       const Progress& progress, std::stop_token stop) {
+  const bool person_known = options.person.has_value();
+  FoundLandmarks first = found_landmarks(work);
+  if (auto again = find_landmarks_again(options, work, progress.stage(0.75, 0.85, "landmarks again"), stop);
+      !again)
+    return again.error();
+  clock.lap("landmarks again");
+  if (auto fitted =
+          read_and_fit(model, options, person_known, work, clock, progress.stage(0.85, 0.89, ""), stop);
+      !fitted)
+    return fitted.error();
+  if (drop_wandering_poses(work)) {
+    const bool all = std::ranges::none_of(work.faces, &FaceFrame::pose_given);
+    if (all) take_landmarks(std::move(first), work);
+    auto refitted =
+        all ? read_and_fit(model, options, person_known, work, clock, progress.stage(0.89, 0.895, ""), stop)
+            : fit_faces(work.prior, person_known, work, progress.stage(0.89, 0.895, "third fit"), stop);
+    if (!refitted) return refitted.error();
+  }
+  clock.lap("fit again");
+  return {};
+}
+
+// From the clip's landmarks to its faces and their eyes, part by part; parts that a killed run had kept are
+// not run again.
+Result<void> fit_work(const HeadModel& model, const TrackOptions& options, bool resting_camera,
+                      ClipWork& work, StageClock& clock, const Progress& progress, std::stop_token stop) {
+  const bool person_known = options.person.has_value();
+  KeptFit kept(options.kept_work, model, person_known, work);
+  kept.go_on({"placed", "dense head", "landmarks", "own shape", "rest", "pictures"});
+  const auto placed = kept.part("placed", [&]() -> Result<void> {
+    if (auto started = start_clip(work.head, work.identity, work.prior, work.faces,
+                                  progress.stage(0.38, 0.40, "faces"), stop);
+        !started)
+      return started;
+    return fit_faces(placing_prior(model), person_known, work, progress.stage(0.40, 0.45, "first fit"), stop);
+  });
+  if (!placed) return placed;
+  clock.lap("fit");
+  if (options.dense) {
+    const auto dense = kept.part("dense head", [&] {
+      return refine_poses(model, options, resting_camera, work, progress.stage(0.45, 0.75, "dense head"),
+                          stop);
+    });
+    if (!dense) return dense;
+    clock.lap("dense head");
+    const auto again =
+        kept.part("landmarks", [&] { return fit_again(model, options, work, clock, progress, stop); });
+    if (!again) return again;
+    if (options.own_shape && !person_known) {
+      const auto shape = kept.part(
+          "own shape", [&] { return fit_shape(model, work, progress.stage(0.895, 0.9, "own shape"), stop); });
+      if (!shape) return shape;
+      clock.lap("own shape");
+    }
+    const auto rest = kept.part("rest", [&]() -> Result<void> {
+      auto settled = fit_from_rest(model, work.head, work.identity, work.prior, {.spacing = work.spacing},
+                                   work.faces, progress.stage(0.9, 0.91, "rest"), stop, work.rest.trust);
+      if (!settled) return settled.error();
+      work.prior = std::move(*settled);
+      return {};
+    });
+    if (!rest) return rest;
+    clock.lap("rest");
+    if (options.photometric) {
+      const auto refined = kept.part("pictures", [&] {
+        return refine_on_pictures(model, work, progress.stage(0.91, 0.955, "pictures"), stop);
+      });
+      if (!refined) return refined;
+    }
+    clock.lap("pictures");
+  }
+  if (options.gaze)
+    if (auto measured = measure_eyes(model, work, progress.stage(0.955, 0.96, "gaze"), stop); !measured)
+      return measured;
+  clock.lap("eyes");
+  return {};
+}
+
 }  // namespace
 
 Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& region,
@@ -250,60 +332,9 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
         video.string()};
 
   if (auto alone = check_alone(work.clip, video); !alone) return alone.error();
-  const bool person_known = options.person.has_value();
-  if (person_known) take_person(model, *options.person, work);
-  if (auto started = start_clip(work.head, work.identity, work.prior, work.faces,
-                                progress.stage(0.38, 0.40, "faces"), stop);
-      !started)
-    return started.error();
-  if (auto fitted =
-          fit_faces(placing_prior(model), person_known, work, progress.stage(0.40, 0.45, "first fit"), stop);
-      !fitted)
+  if (options.person) take_person(model, *options.person, work);
+  if (auto fitted = fit_work(model, options, cameras.rests(), work, clock, progress, stop); !fitted)
     return fitted.error();
-  clock.lap("fit");
-  if (options.dense) {
-    if (auto dense = refine_poses(model, options, cameras.rests(), work,
-                                  progress.stage(0.45, 0.75, "dense head"), stop);
-        !dense)
-      return dense.error();
-    clock.lap("dense head");
-    FoundLandmarks first = found_landmarks(work);
-    if (auto again = find_landmarks_again(options, work, progress.stage(0.75, 0.85, "landmarks again"), stop);
-        !again)
-      return again.error();
-    clock.lap("landmarks again");
-    if (auto fitted =
-            read_and_fit(model, options, person_known, work, clock, progress.stage(0.85, 0.89, ""), stop);
-        !fitted)
-      return fitted.error();
-    if (drop_wandering_poses(work)) {
-      const bool all = std::ranges::none_of(work.faces, &FaceFrame::pose_given);
-      if (all) take_landmarks(std::move(first), work);
-      auto refitted =
-          all ? read_and_fit(model, options, person_known, work, clock, progress.stage(0.89, 0.895, ""), stop)
-              : fit_faces(work.prior, person_known, work, progress.stage(0.89, 0.895, "third fit"), stop);
-      if (!refitted) return refitted.error();
-    }
-    clock.lap("fit again");
-    if (options.own_shape && !person_known) {
-      if (auto done = fit_shape(model, work, progress.stage(0.895, 0.9, "own shape"), stop); !done)
-        return done.error();
-      clock.lap("own shape");
-    }
-    auto settled = fit_from_rest(model, work.head, work.identity, work.prior, {.spacing = work.spacing},
-                                 work.faces, progress.stage(0.9, 0.91, "rest"), stop, work.rest.trust);
-    if (!settled) return settled.error();
-    work.prior = std::move(*settled);
-    clock.lap("rest");
-    if (options.photometric)
-      if (auto done = refine_on_pictures(model, work, progress.stage(0.91, 0.955, "pictures"), stop); !done)
-        return done.error();
-    clock.lap("pictures");
-  }
-  if (options.gaze)
-    if (auto measured = measure_eyes(model, work, progress.stage(0.955, 0.96, "gaze"), stop); !measured)
-      return measured.error();
-  clock.lap("eyes");
 
   Track track;
   track.head_model_name = model.name;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <exception>
+#include <new>
 #include <optional>
 #include <string>
 
@@ -364,6 +365,8 @@ Result<std::vector<Vec3f>> fit_personal_shape(const HeadModel& model, const Eige
     }
     progress.report(1);
     return solver.offsets();
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return Error{ErrorCode::failed, "Fitting the person's own shape failed: " + std::string(e.what()),
                  "Run the fit again; if it fails again, report this message.", "personal shape"};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <new>
 #include <string>
 
 #include "core/base/check.h"
@@ -67,6 +68,8 @@ class ClipRefiner {
         });
         if (stop.stop_requested()) return cancelled_error();
       }
+    } catch (const std::bad_alloc&) {
+      throw;
     } catch (const std::exception& e) {
       return Error{ErrorCode::failed, "Comparing the face with the pictures failed: " + std::string(e.what()),
                    "Run the fit again; if it fails again, report this message.", "photometric fit"};

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <new>
 
 #include "core/base/dense_solves.h"
 #include "core/base/mean_rotation.h"
@@ -319,6 +320,8 @@ Result<BundleSummary> bundle_adjust(std::vector<BundleFrame>& frames, std::vecto
       const bool first = round == 0;
       drop_outliers(frames, tracks, first ? 3 : 1.5, first ? 6 : 3, 8);
     }
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return Error{ErrorCode::failed, "The bundle adjustment of the head failed: " + std::string(e.what()),
                  "Run the fit again without dense tracking, or report this message.", "dense tracks"};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <numbers>
 
 #include "core/base/parallel.h"
@@ -260,6 +261,8 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
       parallel_for(std::min(kLoneBatch, alone.size() - k), [&](std::size_t j) {
         if (!stop.stop_requested()) solver.solve(alone[k + j], training);
       });
+    } catch (const std::bad_alloc&) {
+      throw;
     } catch (const std::exception& e) {
       return Error{ErrorCode::failed, "Tracking a held-out frame failed: " + std::string(e.what()),
                    "Run the fit again; if it fails again, report this message.", "dense tracks"};

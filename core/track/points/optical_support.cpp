@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <optional>
 
 #include "core/base/parallel.h"
@@ -183,6 +184,8 @@ Result<std::vector<OpticalVerdict>> support_landmarks(ClipFrames& clip, const Op
                                                       const Progress& progress, std::stop_token stop) {
   try {
     return Support(clip, options).run(progress, stop);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return Error{ErrorCode::failed, "Following landmarks between frames failed: " + std::string(e.what()),
                  "Run the fit again; if it fails again, report this message.", "landmarks"};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
@@ -139,6 +140,8 @@ Result<std::vector<PointTrack>> track_points(const std::vector<const Image8*>& g
           alive.push_back({{{pictures[k], corner}}});
       before = now;
     }
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return Error{ErrorCode::failed, "Following points through the pictures failed: " + std::string(e.what()),
                  "Run the fit again; if it fails again, report this message.", "dense tracks"};

@@ -95,9 +95,15 @@ TEST(DirectFilm, HasOneMomentPerFrameAndRefusesUnknownActions) {
   set_key(performance, "camera yaw", {1.96, 45, Easing::linear});
   const auto film = direct_film(opened(), performance);
   ASSERT_TRUE(film.ok());
-  ASSERT_EQ(film->cameras.size(), 50u);
-  EXPECT_TRUE(film->cameras.back().cam_from_world.isApprox(
+  ASSERT_EQ(film->frames, 50u);
+  EXPECT_TRUE(film->at(49).camera.cam_from_world.isApprox(
       orbit_camera(opened().avatar, opened().avatar.world_from_head, 45 * kRad).cam_from_world, 1e-6));
+  // An hour's poses are not made ahead: they would take gigabytes.
+  performance.duration_s = 3600, performance.frames_per_second = 240;
+  const auto hour = direct_film(opened(), performance);
+  ASSERT_TRUE(hour.ok());
+  EXPECT_EQ(hour->frames, 864'000u);
+  EXPECT_TRUE(hour->at(863'999).camera.cam_from_world.isApprox(film->at(49).camera.cam_from_world, 1e-6));
   set_key(performance, "action grin", {0, 1});
   const auto refused = direct_film(opened(), performance);
   ASSERT_FALSE(refused.ok());

@@ -287,8 +287,9 @@ TEST(WriteHead, RefusesMoreFramesThanTheFormatHolds) {
   const OpenedAvatar opened = tiny_opened();
   const std::vector<AvatarPose> many(kMaxMeshFrames + 1, posed(0, 0));
   const auto write = [&](const char* name, std::size_t frames, std::stop_token stop) {
-    return write_head(opened, std::span(many).first(frames), steady_times(int(frames), 25),
-                      project.root / name, kMade, Progress(), stop);
+    const Film film{frames, [&](std::size_t i) { return FilmFrame{{}, many[i]}; }};
+    return write_head(opened, film, steady_times(int(frames), 25), project.root / name, kMade, Progress(),
+                      stop);
   };
   EXPECT_FALSE(write("a.ply", 2, {}).ok());
   EXPECT_FALSE(write("a.glb", many.size(), {}).ok());

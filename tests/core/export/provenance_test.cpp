@@ -30,10 +30,7 @@ class ProvenanceOfFiles : public testing::Test {
     auto opened = open_avatar(project_.folder());
     EXPECT_TRUE(opened.ok());
     hash_ = opened->avatar_hash;
-    const Avatar& avatar = opened->avatar;
-    Film film;
-    film.cameras.assign(frames, typical_camera(avatar));
-    film.poses.assign(frames, typical_state(avatar).pose);
+    const Film film = resting_film(opened->avatar, frames);
     FilmOptions options{.out = project_.root / name, .alpha = alpha, .mark = mark};
     options.made_at = std::chrono::system_clock::from_time_t(1'700'000'000);  // 2023-11-14 22:13:20 UTC
     const auto written = write_film(*opened, film, options, Progress(), {});

@@ -50,10 +50,8 @@ inline OpenedAvatar tiny_opened() {
 }
 
 inline Film resting_film(const Avatar& avatar, std::size_t frames = 1) {
-  Film film;
-  film.cameras.assign(frames, typical_camera(avatar));
-  film.poses.assign(frames, typical_state(avatar).pose);
-  return film;
+  return listed_film(std::vector(frames, typical_camera(avatar)),
+                     std::vector(frames, typical_state(avatar).pose));
 }
 
 // A folder of its own, removed at the end, with the avatar as a project in it.

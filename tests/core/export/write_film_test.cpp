@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
@@ -116,18 +117,19 @@ TEST(Film, ARoomIsSeenFromEveryFramesCamera) {
   const TinyProject project;
   OpenedAvatar opened = tiny_opened();
   opened.avatar.room = random_room();
-  Film film = resting_film(opened.avatar, 2);
-  film.cameras[1].cam_from_world.rotate(rotation_about(Vec3d::UnitY(), 0.3));
+  std::vector<Camera> cameras(2, typical_camera(opened.avatar));
+  cameras[1].cam_from_world.rotate(rotation_about(Vec3d::UnitY(), 0.3));
+  const Film film = listed_film(cameras, std::vector(2, typical_state(opened.avatar).pose));
   const fs::path out = project.root / "room";
   ASSERT_TRUE(write_film(opened, film, {.out = out, .background = "room"}, Progress(), {}).ok());
   const RoomScene room = make_room_scene(*opened.avatar.room);
   for (std::size_t i = 0; i < 2; ++i) {
     const auto shown = read_image(out / (i == 0 ? "000000.png" : "000001.png"));
     ASSERT_TRUE(shown.ok());
-    const Image8 behind = room_picture(room, film.cameras[i]);
+    const Image8 behind = room_picture(room, cameras[i]);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown->at(2, 2)[c], behind.at(2, 2)[c], 1);
   }
-  const Image8 first = room_picture(room, film.cameras[0]), second = room_picture(room, film.cameras[1]);
+  const Image8 first = room_picture(room, cameras[0]), second = room_picture(room, cameras[1]);
   EXPECT_FALSE(std::equal(first.at(2, 2), first.at(2, 2) + 3, second.at(2, 2)));
 }
 
@@ -178,6 +180,34 @@ TEST(Film, FolderGetsOnePicturePerFrameAndAnMp4AllOfThem) {
   EXPECT_FALSE(write_film(opened, film, {.out = project.root / "frames"}, Progress(), {}).ok())
       << "a mix of two sequences";
   EXPECT_EQ(info->width, 96);
+}
+
+TEST(Film, PicturesThatAKilledProcessLeftAreClearedByTheNext) {
+  const TinyProject project;
+  const OpenedAvatar opened = tiny_opened();
+  const fs::path out = project.root / "frames";
+  const auto render = [&] {
+    return write_film(opened, resting_film(opened.avatar, 2), {.out = out}, Progress(), {});
+  };
+  fs::create_directories(out);
+  for (const char* name :
+       {"000000.png", "000007.png", ".000008.999999999-3.part.png", ".pictures.999999999-2.part"})
+    ASSERT_TRUE(write_text(out / name, "").ok());
+  const auto written = render();
+  ASSERT_TRUE(written.ok()) << written.error().what;
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(out)) names.push_back(entry.path().filename().string());
+  EXPECT_THAT(names, testing::UnorderedElementsAre("000000.png", "000001.png"));
+  EXPECT_FALSE(render().ok()) << "those are finished";
+  // Neither where anything else lies there, nor where their process lives.
+  ASSERT_TRUE(write_text(out / ".pictures.999999999-2.part", "").ok());
+  ASSERT_TRUE(write_text(out / "notes.txt", "mine").ok());
+  EXPECT_FALSE(render().ok());
+  EXPECT_TRUE(fs::exists(out / "000001.png"));
+  fs::remove(out / "notes.txt");
+  ASSERT_TRUE(write_text(out / (".pictures." + std::to_string(::getpid()) + "-2.part"), "").ok());
+  EXPECT_FALSE(render().ok());
+  EXPECT_TRUE(fs::exists(out / "000001.png"));
 }
 
 TEST(Film, FramesStandAtTheirTimes) {

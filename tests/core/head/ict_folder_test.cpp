@@ -172,6 +172,9 @@ TEST(ParseObj, FaultsNameTheLine) {
   EXPECT_THAT(fault("v 0 0 0\nv 1 2\n"), HasSubstr("Line 2 of x.obj does not hold three coordinates"));
   EXPECT_THAT(fault("v 0 0 nan\n"), HasSubstr("Line 1"));
   EXPECT_THAT(fault("v 0 0 1e300\n"), HasSubstr("Line 1"));
+  EXPECT_THAT(fault("v 0 0 1e400\n"), HasSubstr("Line 1")) << "no double holds it";
+  EXPECT_THAT(fault("v 0 0 0\nf 1 1 4294967297\n"), HasSubstr("Line 2"));
+  EXPECT_EQ(fault("v 0 0 1e-400\n"), "no fault found");
   EXPECT_THAT(fault("v 0 0 0\n\nf 1 2 3\n"), HasSubstr("Line 3 of x.obj refers to vertex 3 of 1"));
   EXPECT_THAT(fault("v 0 0 0\nf 1 1 -2\n"), HasSubstr("Line 2 of x.obj refers to an impossible vertex"));
   EXPECT_THAT(fault("v 0 0 0\nf 1 1 99999999999999999999\n"), HasSubstr("Line 2"));

@@ -106,6 +106,7 @@ TEST(ReadPickle, LongNumbersSaturateAndShortOnesAreExact) {
   EXPECT_EQ(read_as_text("\x80\x02\x8a\x09\xff\xff\xff\xff\xff\xff\xff\xff\xff."s), "-1");
   EXPECT_EQ(read_as_text("\x80\x02\x8a\x05\xff\xff\xff\xff\x00."s), "4294967295");
   EXPECT_EQ(read_as_text("L99999999999999999999999L\n."), std::to_string(INT64_MAX));
+  EXPECT_EQ(read_as_text("F1e400\n."), "inf");
 }
 
 TEST(ReadPickle, FaultsNameTheByte) {

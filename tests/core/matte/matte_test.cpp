@@ -464,6 +464,34 @@ TEST(MatteClip, StoppedMidwayLeavesTheOldMasksAsTheyWere) {
   EXPECT_FALSE(fs::exists(scene.folder / "masks.part"));
 }
 
+TEST(MatteClip, AStoppedRunGoesOnToTheSameMasks) {
+  const Scene uncut("uncut"), cut("cut");
+  ASSERT_TRUE(uncut.matte().ok());
+  int written = 0;
+  for (const double until : {0.03, 0.4, 0.85, 2.0}) {
+    std::stop_source stop;
+    const Progress progress([&](const ProgressReport& report) {
+      if (report.fraction > until) stop.request_stop();
+    });
+    MatteOptions options;
+    options.size = kSize;
+    options.kept = std::make_shared<KeptWork>(cut.folder / "decoded" / "mattes.kept", "inputs");
+    const auto result = matte_clip(cut.folder, cut.capture, cut.cameras, cut.track, head_model(), options,
+                                   progress, stop.get_token());
+    ASSERT_EQ(result.ok(), until > 1);
+    if (fs::exists(cut.folder / "masks.part"))
+      written = int(std::distance(fs::directory_iterator(cut.folder / "masks.part"), {}));
+  }
+  EXPECT_GT(written, 0) << "none was written before the last stop";
+  EXPECT_FALSE(fs::exists(cut.folder / "masks.part"));
+  EXPECT_FALSE(fs::exists(cut.folder / "decoded"));
+  for (int frame = 0; frame < kFrames; ++frame) {
+    const fs::path name = frame_name(frame).filename();
+    EXPECT_EQ(bytes_of(cut.folder / "masks" / name), bytes_of(uncut.folder / "masks" / name)) << frame;
+  }
+  EXPECT_EQ(bytes_of(cut.folder / "plate.png"), bytes_of(uncut.folder / "plate.png"));
+}
+
 TEST(MatteClip, AMissingFrameIsAnErrorThatNamesTheFile) {
   const Scene scene("missing");
   fs::remove(scene.folder / frame_name(3));

@@ -90,6 +90,12 @@ TEST(StudyWalls, APlateIsComparedInTheProjectsCrop) {
   // One channel of a sixteenth of the pixels is 60 levels off: 10 log10(3 * 16 * (255 / 60)^2).
   EXPECT_NEAR(*(*rows)[0].psnr_db, 29.4, 0.2);
   EXPECT_NEAR(*(*rows)[1].psnr_db, 17.3, 0.2);
+  // A wall of one channel, and a mask of three, are no demo's.
+  ASSERT_TRUE(write_image(demo / "wall_truth" / "000010.png", mask).ok());
+  EXPECT_EQ(study_walls(project, demo, Progress(), {}).error().code, ErrorCode::bad_input);
+  ASSERT_TRUE(write_image(demo / "wall_truth" / "000010.png", truth).ok());
+  ASSERT_TRUE(write_image(demo / "masks_truth" / "000010.png", truth).ok());
+  EXPECT_EQ(study_walls(project, demo, Progress(), {}).error().code, ErrorCode::bad_input);
   std::stop_source source;
   source.request_stop();
   EXPECT_EQ(study_walls(project, demo, Progress(), source.get_token()).error().code, ErrorCode::cancelled);
