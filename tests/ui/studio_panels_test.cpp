@@ -136,6 +136,7 @@ void add_training(PipelineStatus& pipeline) {
 }
 
 void add_exports(Snapshot& s) {
+  s.exports.first = frame_picture(0);
   const std::filesystem::path folder = "/home/me/Likeness/Ball.likeness/exports";
   s.exports.status = {
       .state = JobState::running, .fraction = 0.4, .text = "frame 40 of 100", .seconds_left = 24};
@@ -672,6 +673,47 @@ TEST_F(Panels, OfAClipThatWillMakeNoGoodAvatarAnotherOneIsTheMainButton) {
   (void)shown("film_faceless");
   EXPECT_FALSE(noted_widgets().contains("Make it anyway"));
   EXPECT_FALSE(is_enabled(Command::make_avatar, s.situation));
+}
+
+TEST_F(Panels, WorkThatWasInterruptedIsContinuedAndSaysWhatIsLeft) {
+  for (const Step step : {Step::film, Step::train}) {
+    Snapshot s = snapshot_of(step, Look::empty);
+    auto contents = std::make_shared<ProjectContents>(*s.project.contents);
+    contents->project.consent = Consent::own;
+    contents->plan.seconds = 55;
+    s.project.contents = contents;
+    s.situation.consent = s.situation.interrupted = true;
+    (void)settled(s);
+    keep_shot(fmt::format("interrupted_{}", step_words(step)));
+    EXPECT_TRUE(noted_widgets().contains("Continue (about 1 min left)"));
+    EXPECT_FALSE(noted_widgets().contains("Make the avatar"));
+    Requests asked;
+    test::click("Continue", [&] {
+      const Requests requests = draw_frame(s);
+      asked.commands.insert(asked.commands.end(), requests.commands.begin(), requests.commands.end());
+    });
+    EXPECT_EQ(asked.commands, std::vector{Command::make_avatar});
+  }
+}
+
+TEST_F(Panels, AProjectOfAnotherWindowIsOpenedToLookAtOnly) {
+  Snapshot s;
+  s.project.elsewhere = "/home/me/Likeness/Ada.likeness";
+  (void)settled(s);
+  keep_shot("elsewhere");
+  for (const auto& [button, look] :
+       {std::pair("Open to look at only", true), std::pair("Do not open", false)}) {
+    std::optional<bool> answer;
+    test::click(button, [&] {
+      if (const Requests requests = draw_frame(s); requests.project.look_only)
+        answer = requests.project.look_only;
+    });
+    EXPECT_EQ(answer, look) << button;
+    (void)settled(s);
+  }
+  s.project.elsewhere.reset();
+  (void)settled(s);
+  EXPECT_FALSE(noted_widgets().contains("Do not open"));
 }
 
 // Two of them that stand side by side, or one below the other, with room between.
