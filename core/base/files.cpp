@@ -61,11 +61,15 @@ fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
-// Whether a folder is its owner's alone. What is made in it is so, too: a face is not for everybody who has
-// an account on the machine.
-bool is_private(const fs::path& folder) {
-  struct stat own {};
-  return ::stat(folder.c_str(), &own) == 0 && (own.st_mode & (S_IRWXG | S_IRWXO)) == 0;
+// Whether a folder is one that people work in under a lock, or lies in it, and is its owner's alone (mode
+// 0700). What is made there is so, too: a face is not for everybody who has an account on the machine.
+bool is_private(fs::path folder) {
+  for (;; folder = folder_of(folder)) {
+    struct stat own {};
+    if (::stat(folder.c_str(), &own) != 0 || (own.st_mode & (S_IRWXG | S_IRWXO)) != 0) return false;
+    if (::access((folder / ".lock").c_str(), F_OK) == 0) return true;
+    if (folder == folder_of(folder)) return false;
+  }
 }
 
 // Missing folders on the way, too. 0, or errno.

@@ -61,6 +61,12 @@ TEST_F(PrivateFolder, WhatIsMadeInAProjectIsItsOwnersAlone) {
   EXPECT_EQ(mode(folder / "exports"), 0755u) << "made to be given away";
   EXPECT_EQ(mode(folder / "exports" / "orbit.mp4"), 0644u);
   EXPECT_EQ(mode(root_), 0700u);
+  // A folder of one's own that is no project: as the umask says.
+  ASSERT_TRUE(write_text(root_ / "films" / "orbit.mp4", "a film").ok());
+  EXPECT_EQ(mode(root_ / "films"), 0755u);
+  EXPECT_EQ(mode(root_ / "films" / "orbit.mp4"), 0644u);
+  ASSERT_TRUE(write_text(root_ / "orbit.mp4", "a film").ok());
+  EXPECT_EQ(mode(root_ / "orbit.mp4"), 0644u);
 }
 
 TEST_F(PrivateFolder, AFolderThatItsOwnerSharesStaysShared) {
