@@ -27,6 +27,8 @@ const char* title_of(Wanted wanted) {
       return "Open a clip";
     case Wanted::project:
       return "Open a project";
+    case Wanted::projects:
+      return "Folder of new projects";
     case Wanted::driver:
       return "Drive from a video";
     case Wanted::driving_clip:
@@ -62,6 +64,7 @@ const char* nothing_of(Wanted wanted) {
     case Wanted::export_performance:
       return "There are no folders or performances here.";
     case Wanted::project:
+    case Wanted::projects:
       return "There are no folders here.";
   }
   return "";
@@ -103,7 +106,7 @@ void FileBrowser::open(Wanted wanted, const fs::path& start) {
 
 void FileBrowser::enter(const fs::path& folder) {
   std::error_code failure;
-  const fs::path absolute = fs::absolute(folder, failure).lexically_normal();
+  const fs::path absolute = fs::absolute(folder.empty() ? "/" : folder, failure).lexically_normal();
   folder_ = failure ? folder : absolute;
   if (folder_.has_relative_path() && folder_.filename().empty()) folder_ = folder_.parent_path();
   typed_ = folder_.string();
@@ -121,7 +124,7 @@ void FileBrowser::enter(const fs::path& folder) {
   });
 }
 
-std::optional<fs::path> FileBrowser::draw() {
+std::optional<fs::path> FileBrowser::draw(const fs::path& projects) {
   reader_.deliver();
   if (!open_) return std::nullopt;
   const char* title = title_of(wanted_);
@@ -142,7 +145,7 @@ std::optional<fs::path> FileBrowser::draw() {
   ImGui::SameLine();
   if (plain_button("Videos")) next = home_folder() / "Videos";
   ImGui::SameLine();
-  if (plain_button("Projects")) next = projects_folder();
+  if (plain_button("Projects")) next = projects;
   ImGui::SameLine();
   if (plain_button("Up")) next = folder_.parent_path();
   ImGui::SetNextItemWidth(-1);
@@ -152,8 +155,8 @@ std::optional<fs::path> FileBrowser::draw() {
     if (fs::is_directory(typed, ignored) &&
         !(wanted_ == Wanted::project && fs::exists(typed / "project.json", ignored))) {
       next = typed;
-    } else if (fs::exists(typed, ignored) && !saves) {
-      picked = typed;
+    } else if (wanted_ == Wanted::projects || (fs::exists(typed, ignored) && !saves)) {
+      picked = typed;  // a folder that is not there yet is made
     }
   }
   note_widget("browser path");
@@ -202,6 +205,9 @@ std::optional<fs::path> FileBrowser::draw() {
     std::error_code ignored;
     if (primary_button(fs::exists(file, ignored) ? "Replace it" : "Save", !name_.empty(), px(120)))
       picked = file;
+  } else if (wanted_ == Wanted::projects) {
+    if (primary_button("Use this folder", true, px(150)))
+      picked = any ? folder_ / entries_[std::size_t(chosen_)].name : folder_;
   } else if (primary_button("Open", any, px(120))) {
     const fs::path path = folder_ / entries_[std::size_t(chosen_)].name;
     if (enters) {

@@ -38,7 +38,10 @@ void WindowLoop::carry_out(WindowRequest request) {
       shell_.browse(Wanted::clip, home_folder() / "Videos");
       return;
     case WindowRequest::pick_project:
-      shell_.browse(Wanted::project, projects_folder());
+      shell_.browse(Wanted::project, studio_.projects());
+      return;
+    case WindowRequest::pick_projects:
+      shell_.browse(Wanted::projects, studio_.projects());
       return;
     case WindowRequest::pick_performance:
       shell_.browse(Wanted::performance, studio_.folder());

@@ -98,6 +98,8 @@ class ProjectSession {
   // A project's folder or a file in it, or a clip: a new project's, or the one that the open project misses.
   void open(const std::filesystem::path& path);
   void open_clip(const std::filesystem::path& clip, Consent consent);
+  // That could not become a project where new ones go; another folder was chosen.
+  void open_waiting_clip();
   void read_again();  // the open project's folder
   void reading_broke_off() { loading_ = false; }
   void close();
@@ -156,7 +158,8 @@ class ProjectSession {
   bool loading_ = false;
   std::uint64_t readings_ = 0;
   std::optional<DamagedProject> damaged_;  // asked for, and not to be opened
-  bool changing_clips_ = false;            // the list of clips is being written
+  std::optional<std::pair<std::filesystem::path, Consent>> waiting_clip_;
+  bool changing_clips_ = false;  // the list of clips is being written
   bool deleting_ = false;
   std::shared_ptr<const FaceOverlay> overlay_;
   FramePicture clip_picture_, check_picture_, face_picture_;
