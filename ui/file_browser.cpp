@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "ui/letters.h"
 #include "ui/platform/imgui_versions.h"
 #include "ui/platform/settings.h"
 #include "ui/theme.h"
@@ -149,7 +150,10 @@ std::optional<fs::path> FileBrowser::draw(const fs::path& projects) {
   ImGui::SameLine();
   if (plain_button("Up")) next = folder_.parent_path();
   ImGui::SetNextItemWidth(-1);
-  if (ImGui::InputText("##path", &typed_, ImGuiInputTextFlags_EnterReturnsTrue)) {
+  std::string field = for_window(typed_);
+  const bool entered = ImGui::InputText("##path", &field, ImGuiInputTextFlags_EnterReturnsTrue);
+  typed_ = from_window(field);
+  if (entered) {
     std::error_code ignored;
     const fs::path typed(typed_);
     if (fs::is_directory(typed, ignored) &&
@@ -198,7 +202,9 @@ std::optional<fs::path> FileBrowser::draw(const fs::path& projects) {
                       !(entries_[std::size_t(chosen_)].project && wanted_ == Wanted::project);
   if (saves) {
     ImGui::SetNextItemWidth(-1);
-    ImGui::InputText("##name", &name_);
+    std::string name = for_window(name_);
+    ImGui::InputText("##name", &name);
+    name_ = from_window(name);
     note_widget("browser name");
     fs::path file = folder_ / name_;
     if (file.extension() != ".json") file += ".json";

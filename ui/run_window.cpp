@@ -79,7 +79,8 @@ bool WindowLoop::frame() {
   studio_.tick();
   const Snapshot snapshot = studio_.snapshot();
   const float scale = window_.pixel_scale() * float(snapshot.settings.scale_percent) / 100;
-  if (scale != theme().scale || snapshot.settings.dark != theme().dark || !theme().fonts.body) {
+  if (scale != theme().scale || snapshot.settings.dark != theme().dark || !theme().fonts.body ||
+      letters_are_missing()) {
     apply_theme(snapshot.settings.dark, scale);
     touched();
   }
