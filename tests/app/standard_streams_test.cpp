@@ -68,12 +68,9 @@ TEST(StandardStreams, APipeIsNoClip) {
 }
 
 TEST(StandardStreams, ANameThatBeginsWithADashIsTold) {
-  for (const std::vector<std::string>& words :
-       {std::vector<std::string>{"check", "-clip.mp4"}, {"render", "-me.likeness"}}) {
-    const ProgramResult asked = likeness(words);
-    EXPECT_EQ(asked.exit_code, 2);
-    EXPECT_THAT(asked.err, HasSubstr(words.back() + " looks like an option; write ./" + words.back()));
-  }
+  const ProgramResult asked = likeness({"check", "-clip.mp4"});
+  EXPECT_EQ(asked.exit_code, 2);
+  EXPECT_THAT(asked.err, HasSubstr("-clip.mp4 looks like an option; write ./-clip.mp4"));
   EXPECT_THAT(likeness({"check", "--nothing", "-0.5", "--out=a.mp4"}).err, Not(HasSubstr("looks like")));
 }
 
@@ -88,10 +85,10 @@ std::vector<std::string> names_in(const fs::path& folder) {
 TEST(StandardStreams, ALimitOnTheSizeOfFilesIsAnErrorWithARemedyAndLeavesNothing) {
   const TinyProject project;
   fs::create_directories(project.root / "out");
-  for (const std::string name : {"film.mp4", "still.png", "pictures/"}) {
+  for (const std::string name : {"film.mp4", "pictures/"}) {
     const std::string command = "ulimit -f 1; " + likeness_path() + " render '" + project.folder().string() +
-                                "' --size 96 --frames " + (name == "still.png" ? "1" : "3") + " --out '" +
-                                (project.root / "out" / name).string() + "'";
+                                "' --size 96 --frames 3 --out '" + (project.root / "out" / name).string() +
+                                "'";
     const ProgramResult asked = run_program({"/bin/sh", "-c", command});
     EXPECT_EQ(asked.exit_code, 1) << name << asked.err;
     EXPECT_THAT(asked.err, HasSubstr("ulimit -f")) << name;
