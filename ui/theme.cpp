@@ -78,10 +78,10 @@ std::array<ImFont*, 4> fonts_of_names(const Fonts& fonts) {
   return {fonts.body, fonts.strong, fonts.small, fonts.heading};
 }
 
-bool lacks(const ImFont& font, ImWchar number) { return font.FindGlyphNoFallback(number) == nullptr; }
+bool lacks(ImFont& font, ImWchar number) { return font.FindGlyphNoFallback(number) == nullptr; }
 
 bool any_is_missing() {
-  for (const ImFont* font : fonts_of_names(current.fonts))
+  for (ImFont* font : fonts_of_names(current.fonts))
     for (const ImWchar number : letters_shown())
       if (lacks(*font, number)) return true;
   return false;

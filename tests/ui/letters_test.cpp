@@ -57,7 +57,7 @@ class LetterPictures : public testing::Test {
   void TearDown() override { ImGui::DestroyContext(); }
 
   // What stands on the screen for it.
-  static std::vector<int> drawn(const std::string& name, const ImFont& font) {
+  static std::vector<int> drawn(const std::string& name, ImFont& font) {
     unsigned char* pixels = nullptr;
     int width = 0, height = 0;
     ImGui::GetIO().Fonts->GetTexDataAsAlpha8(&pixels, &width, &height);
@@ -103,7 +103,7 @@ const std::vector<Script>& scripts() {
 TEST_F(LetterPictures, TwoNamesThatDifferLookDifferent) {
   for (const Script& script : scripts()) (void)for_window(script.one), (void)for_window(script.other);
   const Fonts fonts = make_letters(1);
-  for (const ImFont* font : {fonts.body, fonts.strong, fonts.small, fonts.heading}) {
+  for (ImFont* font : {fonts.body, fonts.strong, fonts.small, fonts.heading}) {
     std::map<std::vector<int>, std::string> seen;
     const std::vector<int> unknown = drawn("?", *font);
     for (const Script& script : scripts())
