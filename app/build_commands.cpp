@@ -13,6 +13,7 @@
 #include "app/parts.h"
 #include "app/project_options.h"
 #include "app/terminal.h"
+#include "core/base/file_names.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/camera/align.h"
@@ -69,6 +70,7 @@ Result<void> check_displacement(const ProjectOptions& options) {
 // What a build would take, before anything is done.
 int run_forecast(const BuildArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
+  if (const auto named = check_can_be_named(arguments.project); !named) return report_failure(named.error());
   const auto clip = probe_video(arguments.input);
   if (!clip) return report_failure(clip.error());
   const auto model = project_head_model(arguments.given.options);
@@ -330,7 +332,8 @@ int run_align_photos(const BuildArguments& arguments) {
   if (const auto free = check_free(arguments.out, "--out"); !free) return report_failure(free.error());
   AlignOptions options;
   options.seed = int(arguments.given.options.shared.seed);
-  const fs::path work = fs::path(arguments.out).concat(".colmap");
+  const fs::path out = arguments.out;
+  const fs::path work = out.parent_path() / name_with(out.filename().string(), ".colmap");
   const auto start = std::chrono::steady_clock::now();
   const ProgressLine line(arguments.common);
   // Photographs may or may not show a person: what the face detector finds is masked.
@@ -349,10 +352,12 @@ int run_align_photos(const BuildArguments& arguments) {
                 {"static", aligned->cameras.rests()},
                 {"camera", camera_kind_name(aligned->cameras.kind)},
                 {"seconds", seconds},
-                {"reprojection_px", aligned->cameras.reprojection_px}});
+                {"reprojection_px", aligned->cameras.reprojection_px},
+                {"warnings", aligned->warnings}});
   } else {
     clear_line();
     tell("{}\n", aligned->evidence);
+    for (const std::string& warning : aligned->warnings) tell("{}\n", warning);
   }
   return kExitDone;
 }

@@ -10,9 +10,8 @@
 #include "app/tables.h"
 #include "app/terminal.h"
 #include "app/view_tables.h"
-#include "app/work_folder.h"
-#include "core/base/files.h"
 #include "core/base/parallel.h"
+#include "core/base/temporary_folder.h"
 #include "core/face/landmarks.h"
 #include "core/lab/truth/camera_truth.h"
 #include "core/matte/coarse_mask.h"
@@ -82,15 +81,14 @@ int run(const CameraStudyArguments& arguments) {
     }
     masks.push_back(std::move(mask));
   }
-  const WorkFolder work("cameras");
-  if (work.path().empty())
-    return report_failure(file_error(fs::temp_directory_path(), "create a folder in", errno));
+  const auto work = TemporaryFolder::make("cameras");
+  if (!work) return report_failure(work.error());
   AlignOptions options;
   options.seed = int(arguments.common.seed);
   std::optional<Result<std::vector<CameraRow>>> rows;
   {
     const ProgressLine line(quiet_if_csv(arguments.common, arguments.output));
-    rows = study_cameras(*truth, masks, work.path(), options, line.progress(), stop_on_signals());
+    rows = study_cameras(*truth, masks, work->path(), options, line.progress(), stop_on_signals());
   }
   if (!*rows) return report_failure(rows->error());
   std::vector<Table> tables = {cameras_table(**rows), views_table("masks")};

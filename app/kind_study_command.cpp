@@ -8,9 +8,8 @@
 #include "app/commands.h"
 #include "app/tables.h"
 #include "app/terminal.h"
-#include "app/work_folder.h"
-#include "core/base/files.h"
 #include "core/base/parallel.h"
+#include "core/base/temporary_folder.h"
 #include "core/face/landmarks.h"
 #include "core/lab/truth/kind_study.h"
 
@@ -91,9 +90,12 @@ int run(const KindStudyArguments& a) {
   const ThreadLimit limit(a.common.threads);
   const auto clips = kind_clips_named(a.clips);
   if (!clips) return report_failure(clips.error());
-  std::optional<WorkFolder> work;
-  if (a.output.out.empty() && work.emplace("kinds").path().empty())
-    return report_failure(file_error(fs::temp_directory_path(), "create a folder in", errno));
+  std::optional<TemporaryFolder> work;
+  if (a.output.out.empty()) {
+    auto made = TemporaryFolder::make("kinds");
+    if (!made) return report_failure(made.error());
+    work.emplace(std::move(*made));
+  }
   KindStudyOptions options;
   options.landmark_model = a.landmark_model;
   options.align.seed = int(a.common.seed);

@@ -10,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/manual.h"
+#include "app/names_like_options.h"
 #include "app/standard_streams.h"
 #include "app/terminal.h"
 #include "core/base/fault_words.h"
@@ -94,7 +95,9 @@ int run(int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return after_output(program.exit(error) == 0 ? kExitDone : kExitUsage);
+    if (program.exit(error) == 0) return after_output(kExitDone);
+    tell_names_like_options(argc, argv);
+    return after_output(kExitUsage);
   }
   return after_output(exit_code);
 }

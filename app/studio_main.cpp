@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/manual.h"
+#include "app/names_like_options.h"
 #include "app/standard_streams.h"
 #include "core/base/parallel.h"
 #include "core/device/load_device.h"
@@ -54,12 +55,12 @@ int main(int argc, char** argv) {
   app::add_manual_flag(program, manual_text());
   ui::StudioOptions options;
   options.settings = ui::settings_path();
-  options.projects = ui::projects_folder();
   std::filesystem::path to_open;
   int threads = 0;
   program.add_option("open", to_open,
                      "A clip or a project to open: its folder, or the project.json or avatar.bin in it");
-  program.add_option("--projects", options.projects, "Folder of new projects");
+  program.add_option("--projects", options.projects,
+                     "Folder of new projects; default: as chosen in the window, at first ~/Likeness");
   program.add_option("--threads", threads, "Threads to compute with; 0: all");
   std::string backend = "cpu";
   program
@@ -70,7 +71,17 @@ int main(int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? 0 : 2;
+    if (program.exit(error) == 0) return 0;
+    app::tell_names_like_options(argc, argv);
+    return 2;
+  }
+  if (options.projects.empty()) options.projects = ui::read_settings(options.settings).projects;
+  if (options.projects.empty()) options.projects = ui::projects_folder();
+  if (options.projects.empty()) {
+    app::tell(
+        "There is no home folder for you here, in which new projects would go.\nSet HOME, or name a folder: "
+        "likeness-studio --projects FOLDER\n");
+    return 1;
   }
   const ThreadLimit limit(threads);
   auto place = compute_place(backend);

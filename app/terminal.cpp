@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 
 #include "core/base/json_text.h"
+#include "core/base/unfinished.h"
 #include "core/project/option_table.h"
 
 namespace likeness::app {
@@ -30,11 +31,30 @@ constexpr std::chrono::seconds kLogEvery(30);
 
 int signal_pipe[2] = {-1, -1};
 
+// A third one ends the process where it stands.
 extern "C" void on_signal(int number) {
-  // Async-signal-safe: wakes the waiting thread; a second signal takes the default action.
-  ::signal(number, SIG_DFL);
-  const char byte = 1;
+  static volatile sig_atomic_t seen = 0;
+  if (seen > 0) ::signal(number, SIG_DFL);
+  seen = seen + 1;
+  const auto byte = static_cast<unsigned char>(number);  // async-signal-safe: wakes the waiting thread
   [[maybe_unused]] const auto written = ::write(signal_pipe[1], &byte, 1);
+}
+
+int next_signal() {
+  unsigned char number = 0;
+  while (::read(signal_pipe[0], &number, 1) < 0 && errno == EINTR) {
+  }
+  return number;
+}
+
+// With the second one nothing is finished, but nothing half-written stays either.
+void await_signals(std::stop_source& source) {
+  next_signal();
+  source.request_stop();
+  const int last = next_signal();
+  remove_unfinished();
+  ::signal(last, SIG_DFL);
+  ::kill(::getpid(), last);
 }
 
 std::string duration_text(double seconds) {
@@ -152,12 +172,7 @@ std::stop_token stop_on_signals() {
   static std::stop_source source;
   static const bool installed = [] {
     if (::pipe2(signal_pipe, O_CLOEXEC) != 0) return false;
-    std::thread([] {
-      char byte = 0;
-      while (::read(signal_pipe[0], &byte, 1) < 0 && errno == EINTR) {
-      }
-      source.request_stop();
-    }).detach();
+    std::thread([] { await_signals(source); }).detach();
     struct sigaction action {};
     action.sa_handler = on_signal;
     action.sa_flags = SA_RESTART;

@@ -1,7 +1,6 @@
 // likeness study truth: tracks, cameras, mattes, walls and driving beside the truth of a demo, mattes beside
 // what was drawn by hand.
 #include <algorithm>
-#include <cerrno>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -13,10 +12,9 @@
 #include "app/tables.h"
 #include "app/terminal.h"
 #include "app/view_tables.h"
-#include "app/work_folder.h"
-#include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
+#include "core/base/temporary_folder.h"
 #include "core/drive/drive_clip.h"
 #include "core/export/write_film.h"
 #include "core/face/landmarks.h"
@@ -122,12 +120,11 @@ Result<std::vector<Table>> compare_project_mattes(const TruthStudyArguments& a, 
   const double n = 1 + double(a.networks.size());
   auto rows = study_mattes(*project, a.demo, progress.stage(0, 1 / n, "as it is"), stop);
   if (!rows) return rows.error();
-  const WorkFolder work("mattes");
-  if (!a.networks.empty() && work.path().empty())
-    return file_error(fs::temp_directory_path(), "create a folder in", errno);
+  const auto work = TemporaryFolder::make("mattes");
+  if (!work) return work.error();
   for (std::size_t i = 0; i < a.networks.size(); ++i) {
     const auto more =
-        study_mattes_again(*project, a.demo, a.networks[i], work.path() / a.networks[i],
+        study_mattes_again(*project, a.demo, a.networks[i], work->path() / a.networks[i],
                            progress.stage(double(1 + i) / n, double(2 + i) / n, a.networks[i]), stop);
     if (!more) return more.error();
     rows->insert(rows->end(), more->begin(), more->end());

@@ -32,6 +32,8 @@ packages=(
   "libglfw3-dev:the studio's window"
   "libimgui-dev:the studio's panels"
   "libstb-dev:letters of the panels"
+  "libfontconfig-dev:letters of the system's fonts"
+  "libfreetype-dev:letters of the system's fonts"
   "libgl-dev:drawing the window"
   "libopengl-dev:drawing the window"
   "fonts-inter:the studio's letters"

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "ui/letters.h"
 #include "ui/platform/imgui_versions.h"
 #include "ui/platform/settings.h"
 #include "ui/theme.h"
@@ -27,6 +28,8 @@ const char* title_of(Wanted wanted) {
       return "Open a clip";
     case Wanted::project:
       return "Open a project";
+    case Wanted::projects:
+      return "Folder of new projects";
     case Wanted::driver:
       return "Drive from a video";
     case Wanted::driving_clip:
@@ -62,6 +65,7 @@ const char* nothing_of(Wanted wanted) {
     case Wanted::export_performance:
       return "There are no folders or performances here.";
     case Wanted::project:
+    case Wanted::projects:
       return "There are no folders here.";
   }
   return "";
@@ -103,7 +107,7 @@ void FileBrowser::open(Wanted wanted, const fs::path& start) {
 
 void FileBrowser::enter(const fs::path& folder) {
   std::error_code failure;
-  const fs::path absolute = fs::absolute(folder, failure).lexically_normal();
+  const fs::path absolute = fs::absolute(folder.empty() ? "/" : folder, failure).lexically_normal();
   folder_ = failure ? folder : absolute;
   if (folder_.has_relative_path() && folder_.filename().empty()) folder_ = folder_.parent_path();
   typed_ = folder_.string();
@@ -121,7 +125,7 @@ void FileBrowser::enter(const fs::path& folder) {
   });
 }
 
-std::optional<fs::path> FileBrowser::draw() {
+std::optional<fs::path> FileBrowser::draw(const fs::path& projects) {
   reader_.deliver();
   if (!open_) return std::nullopt;
   const char* title = title_of(wanted_);
@@ -142,18 +146,21 @@ std::optional<fs::path> FileBrowser::draw() {
   ImGui::SameLine();
   if (plain_button("Videos")) next = home_folder() / "Videos";
   ImGui::SameLine();
-  if (plain_button("Projects")) next = projects_folder();
+  if (plain_button("Projects")) next = projects;
   ImGui::SameLine();
   if (plain_button("Up")) next = folder_.parent_path();
   ImGui::SetNextItemWidth(-1);
-  if (ImGui::InputText("##path", &typed_, ImGuiInputTextFlags_EnterReturnsTrue)) {
+  std::string field = for_window(typed_);
+  const bool entered = ImGui::InputText("##path", &field, ImGuiInputTextFlags_EnterReturnsTrue);
+  typed_ = from_window(field);
+  if (entered) {
     std::error_code ignored;
     const fs::path typed(typed_);
     if (fs::is_directory(typed, ignored) &&
         !(wanted_ == Wanted::project && fs::exists(typed / "project.json", ignored))) {
       next = typed;
-    } else if (fs::exists(typed, ignored) && !saves) {
-      picked = typed;
+    } else if (wanted_ == Wanted::projects || (fs::exists(typed, ignored) && !saves)) {
+      picked = typed;  // a folder that is not there yet is made
     }
   }
   note_widget("browser path");
@@ -195,13 +202,18 @@ std::optional<fs::path> FileBrowser::draw() {
                       !(entries_[std::size_t(chosen_)].project && wanted_ == Wanted::project);
   if (saves) {
     ImGui::SetNextItemWidth(-1);
-    ImGui::InputText("##name", &name_);
+    std::string name = for_window(name_);
+    ImGui::InputText("##name", &name);
+    name_ = from_window(name);
     note_widget("browser name");
     fs::path file = folder_ / name_;
     if (file.extension() != ".json") file += ".json";
     std::error_code ignored;
     if (primary_button(fs::exists(file, ignored) ? "Replace it" : "Save", !name_.empty(), px(120)))
       picked = file;
+  } else if (wanted_ == Wanted::projects) {
+    if (primary_button("Use this folder", true, px(150)))
+      picked = any ? folder_ / entries_[std::size_t(chosen_)].name : folder_;
   } else if (primary_button("Open", any, px(120))) {
     const fs::path path = folder_ / entries_[std::size_t(chosen_)].name;
     if (enters) {

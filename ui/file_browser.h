@@ -20,8 +20,8 @@ class FileBrowser {
   void open(Wanted wanted, const std::filesystem::path& start);
   bool is_open() const { return open_; }
   Wanted wanted() const { return wanted_; }
-  // Draws the dialog; the path chosen, once.
-  std::optional<std::filesystem::path> draw();
+  // Draws the dialog; the path chosen, once. projects: folder of new ones.
+  std::optional<std::filesystem::path> draw(const std::filesystem::path& projects);
 
  private:
   void enter(const std::filesystem::path& folder);

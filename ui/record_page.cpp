@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ui/film_drawings.h"
+#include "ui/letters.h"
 #include "ui/shell.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -25,12 +26,13 @@ void draw_webcams(const RecorderStatus& status, Requests& requests) {
   const Webcam& shown = chosen == status.webcams.end() ? status.webcams.front() : *chosen;
   ImGui::BeginDisabled(is_recording(status));
   ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
-  const bool open = ImGui::BeginCombo("##webcam", webcam_words(status.webcams, shown).c_str());
+  const bool open = ImGui::BeginCombo("##webcam", for_window(webcam_words(status.webcams, shown)).c_str());
   note_widget("webcams");
   if (open) {
     for (const Webcam& webcam : status.webcams) {
       const std::string words = webcam_words(status.webcams, webcam);
-      if (ImGui::Selectable((words + "##" + webcam.device).c_str(), webcam.device == shown.device))
+      if (ImGui::Selectable((for_window(words) + "##" + webcam.device).c_str(),
+                            webcam.device == shown.device))
         requests.recorder.webcam = webcam.device;
       note_widget("webcam " + webcam.device);
     }

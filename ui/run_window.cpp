@@ -42,7 +42,10 @@ void WindowLoop::carry_out(WindowRequest request) {
       shell_.browse(Wanted::clip, home_folder() / "Videos");
       return;
     case WindowRequest::pick_project:
-      shell_.browse(Wanted::project, projects_folder());
+      shell_.browse(Wanted::project, studio_.projects());
+      return;
+    case WindowRequest::pick_projects:
+      shell_.browse(Wanted::projects, studio_.projects());
       return;
     case WindowRequest::pick_performance:
       shell_.browse(Wanted::performance, studio_.folder());
@@ -80,7 +83,8 @@ bool WindowLoop::frame() {
   studio_.tick();
   const Snapshot snapshot = studio_.snapshot();
   const float scale = window_.pixel_scale() * float(snapshot.settings.scale_percent) / 100;
-  if (scale != theme().scale || snapshot.settings.dark != theme().dark || !theme().fonts.body) {
+  if (scale != theme().scale || snapshot.settings.dark != theme().dark || !theme().fonts.body ||
+      letters_are_missing()) {
     apply_theme(snapshot.settings.dark, scale);
     touched();
   }

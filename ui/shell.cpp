@@ -282,11 +282,17 @@ void draw_notices(const Snapshot& snapshot, Requests& requests) {
         requests.ask(Command::repair_project);
       (void)same_line_if_fits(command_info(Command::delete_person).words.data());
     }
+    if (snapshot.projects_refuse) {
+      if (command_button(Command::choose_projects, snapshot.situation, true))
+        requests.ask(Command::choose_projects);
+      (void)same_line_if_fits("Dismiss");
+    }
     if (snapshot.situation.damaged) {
       if (command_button(Command::delete_person, snapshot.situation)) requests.ask(Command::delete_person);
       (void)same_line_if_fits("Dismiss");
     }
-    if (snapshot.situation.repairable ? plain_button("Dismiss") : primary_button("Dismiss"))
+    if (snapshot.situation.repairable || snapshot.projects_refuse ? plain_button("Dismiss")
+                                                                  : primary_button("Dismiss"))
       requests.dismiss_error = true;
     (void)same_line_if_fits(command_info(Command::save_diagnostics).words.data());
     if (command_button(Command::save_diagnostics, snapshot.situation))
@@ -425,7 +431,7 @@ Requests Shell::draw(const Snapshot& snapshot) {
     const bool in_project = *requests.browse == Wanted::export_performance && snapshot.project.contents;
     browse(*requests.browse, in_project ? snapshot.project.contents->project.folder : home_folder());
   }
-  if (const auto picked = browser_.draw()) take_picked(*picked, snapshot, requests);
+  if (const auto picked = browser_.draw(snapshot.projects)) take_picked(*picked, snapshot, requests);
   walk_by_keyboard();
   return requests;
 }
@@ -436,6 +442,9 @@ void Shell::take_picked(const std::filesystem::path& picked, const Snapshot& sna
     case Wanted::clip:
     case Wanted::project:
       requests.open = picked;
+      return;
+    case Wanted::projects:
+      requests.projects = picked;
       return;
     case Wanted::driving_clip:
       choice.clip = picked;

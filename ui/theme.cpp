@@ -3,14 +3,19 @@
 
 #include <backends/imgui_impl_opengl3.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/base/program_files.h"
+#include "ui/letter_pictures.h"
+#include "ui/letters.h"
 
 namespace likeness::ui {
 
@@ -60,18 +65,68 @@ ImFont* load_font(const std::vector<std::string>& files, float size, const ImWch
   return atlas.AddFontDefault(&config);
 }
 
+// A letter that a font lacks, in the atlas.
+struct AddedLetter {
+  ImFont* font = nullptr;
+  ImWchar number = 0;
+  LetterPicture picture;
+  int place = 0;  // in the atlas
+};
+
+// Those that names are drawn with.
+std::array<ImFont*, 4> fonts_of_names(const Fonts& fonts) {
+  return {fonts.body, fonts.strong, fonts.small, fonts.heading};
+}
+
+bool lacks(ImFont& font, ImWchar number) { return font.FindGlyphNoFallback(number) == nullptr; }
+
+bool any_is_missing() {
+  for (ImFont* font : fonts_of_names(current.fonts))
+    for (const ImWchar number : letters_shown())
+      if (lacks(*font, number)) return true;
+  return false;
+}
+
+void add_pictures(ImFontAtlas& atlas, const std::vector<AddedLetter>& added) {
+  unsigned char* pixels = nullptr;
+  int width = 0, height = 0;
+  atlas.GetTexDataAsAlpha8(&pixels, &width, &height);
+  for (const AddedLetter& letter : added) {
+    const LetterPicture& picture = letter.picture;
+    const ImFontAtlasCustomRect& rect = *atlas.GetCustomRectByIndex(letter.place);
+    for (int y = 0; y < picture.height; ++y)
+      std::copy_n(picture.covers.data() + std::ptrdiff_t(y) * picture.width, picture.width,
+                  pixels + std::ptrdiff_t(rect.Y + y) * width + rect.X);
+  }
+  // They were placed from the line that letters stand on; ImGui counts from the top.
+  for (const AddedLetter& letter : added)
+    for (ImFontGlyph& glyph : letter.font->Glyphs)
+      if (glyph.Codepoint == letter.number) {
+        glyph.Y0 += std::round(letter.font->Ascent);
+        glyph.Y1 += std::round(letter.font->Ascent);
+      }
+}
+
+// Once the fonts' own are made.
+void add_letters(ImFontAtlas& atlas, const Fonts& fonts) {
+  std::vector<AddedLetter> added;
+  for (ImFont* font : fonts_of_names(fonts))
+    for (const ImWchar number : letters_shown()) {
+      if (!lacks(*font, number)) continue;
+      AddedLetter letter{font, number, draw_letter(letter_meant(number), font->FontSize)};
+      const LetterPicture& picture = letter.picture;
+      letter.place =
+          atlas.AddCustomRectFontGlyph(font, number, std::max(1, picture.width), std::max(1, picture.height),
+                                       picture.advance, {float(picture.left), float(-picture.top)});
+      added.push_back(std::move(letter));
+    }
+  if (added.empty()) return;
+  atlas.Build();
+  add_pictures(atlas, added);
+}
+
 void make_fonts() {
-  // kNames: with the letters of more alphabets, for file names.
-  static const ImWchar kNames[] = {0x20, 0x17f, 0x370, 0x52f, 0x2010, 0x2026, 0x2190, 0x2193, 0};
-  static const ImWchar kWords[] = {0x20, 0xff, 0x2010, 0x2026, 0x2190, 0x2193, 0};
-  ImGui::GetIO().Fonts->Clear();
-  const float s = current.scale;
-  const std::vector<std::string> regular = present(kRegular), strong = present(kStrong);
-  current.fonts.body = load_font(regular, 16 * s, kNames);
-  current.fonts.strong = load_font(strong, 16 * s, kNames);
-  current.fonts.small = load_font(regular, 14 * s, kWords);
-  current.fonts.heading = load_font(strong, 22 * s, kWords);
-  current.fonts.title = load_font(strong, 34 * s, kWords);
+  current.fonts = make_letters(current.scale);
   ImGui_ImplOpenGL3_DestroyFontsTexture();
   ImGui_ImplOpenGL3_CreateFontsTexture();
 }
@@ -119,13 +174,34 @@ void set_colours(ImGuiStyle& style) {
 
 const Theme& theme() { return current; }
 
+Fonts make_letters(float s) {
+  // kNames: with the letters of more alphabets, for file names.
+  static const ImWchar kNames[] = {0x20, 0x17f, 0x370, 0x52f, 0x2010, 0x2026, 0x2190, 0x2193, 0};
+  static const ImWchar kWords[] = {0x20, 0xff, 0x2010, 0x2026, 0x2190, 0x2193, 0};
+  ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
+  atlas.Clear();
+  const std::vector<std::string> regular = present(kRegular), strong = present(kStrong);
+  Fonts fonts;
+  fonts.body = load_font(regular, 16 * s, kNames);
+  fonts.strong = load_font(strong, 16 * s, kNames);
+  fonts.small = load_font(regular, 14 * s, kWords);
+  fonts.heading = load_font(strong, 22 * s, kWords);
+  fonts.title = load_font(strong, 34 * s, kWords);
+  atlas.Build();
+  add_letters(atlas, fonts);
+  return fonts;
+}
+
+bool letters_are_missing() { return take_new_letters() && current.fonts.body && any_is_missing(); }
+
 std::string letter_file() {
   const std::vector<std::string> files = present(kRegular);
   return files.empty() ? "" : files.front();
 }
 
 void apply_theme(bool dark, float scale) {
-  const bool letters = !current.fonts.body || scale != current.scale || !ImGui::GetIO().Fonts->IsBuilt();
+  const bool letters =
+      !current.fonts.body || scale != current.scale || !ImGui::GetIO().Fonts->IsBuilt() || any_is_missing();
   current.dark = dark;
   current.scale = scale;
   current.colours = dark ? dark_palette() : light_palette();

@@ -29,8 +29,12 @@ struct Theme {
 const Theme& theme();
 
 // Makes letters and style for this scale. Between frames only. Inter, beside the program or installed, DejaVu
-// Sans, or ImGui's own letters.
+// Sans, or ImGui's own letters; what was shown beyond those (letters.h) from the system's fonts.
 void apply_theme(bool dark, float scale);
+// Whether letters were shown that the fonts lack: the theme is to be applied again.
+bool letters_are_missing();
+// The fonts' letters without OpenGL, into the current context's atlas. Returns them.
+Fonts make_letters(float scale);
 
 // The file of the letters in use, for those who draw them without ImGui; empty: none.
 std::string letter_file();

@@ -9,6 +9,7 @@
 #include <cstdio>
 
 #include "ui/keyboard.h"
+#include "ui/letters.h"
 #include "ui/theme.h"
 
 namespace likeness::ui {
@@ -17,7 +18,9 @@ namespace {
 
 std::map<std::string, Rectangle> noted;
 
-bool coloured_button(const char* words, bool enabled, float width, bool primary) {
+bool coloured_button(const char* asked, bool enabled, float width, bool primary) {
+  const std::string letters = for_window(asked);
+  const char* words = letters.c_str();
   const Palette& p = theme().colours;
   // A button that cannot be pressed is not emphasised.
   primary =
@@ -43,7 +46,7 @@ bool coloured_button(const char* words, bool enabled, float width, bool primary)
     ImGui::PopFont();
     ImGui::PopStyleColor(4);
   }
-  note_widget(words);
+  note_widget(asked);
   return pressed && enabled;
 }
 
@@ -117,7 +120,7 @@ void faint_text(const std::string& words) {
 
 void body_text(const std::string& words) {
   ImGui::PushTextWrapPos(0);
-  ImGui::TextUnformatted(words.c_str());
+  ImGui::TextUnformatted(for_window(words).c_str());
   ImGui::PopTextWrapPos();
 }
 
@@ -149,7 +152,7 @@ void choice_label(const char* words, float width) {
   const float start = ImGui::GetCursorPosX();
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
   ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted(words);
+  ImGui::TextUnformatted(for_window(words).c_str());
   ImGui::PopStyleVar();
   ImGui::SameLine(start + width);
 }
@@ -173,7 +176,7 @@ void pop_choice_style() {
 
 bool choice(const char* words, bool chosen) {
   push_choice_style();
-  const bool pressed = ImGui::RadioButton(words, chosen);
+  const bool pressed = ImGui::RadioButton(for_window(words).c_str(), chosen);
   pop_choice_style();
   note_widget(words);
   return pressed;
@@ -272,7 +275,8 @@ void end_card() {
   ImGui::PopStyleColor();
 }
 
-void note(const char* id, Tone tone, const std::string& what, const std::string& fix) {
+void note(const char* id, Tone tone, const std::string& asked_what, const std::string& asked_fix) {
+  const std::string what = for_window(asked_what), fix = for_window(asked_fix);
   const Palette& p = theme().colours;
   const ImVec4& ink = tone == Tone::bad    ? p.bad
                       : tone == Tone::warn ? p.warn
@@ -306,7 +310,8 @@ void note(const char* id, Tone tone, const std::string& what, const std::string&
   note_widget(id);
 }
 
-std::string shortened(const std::string& words, float width) {
+std::string shortened(const std::string& asked, float width) {
+  const std::string words = for_window(asked);
   std::string shown = words;
   while (shown.size() > 1 && ImGui::CalcTextSize((shown + "…").c_str()).x > width &&
          ImGui::CalcTextSize(words.c_str()).x > width) {
@@ -320,14 +325,14 @@ std::string shortened(const std::string& words, float width) {
 void clipped_text(const std::string& words, float width) {
   const std::string shown = shortened(words, width);
   ImGui::TextUnformatted(shown.c_str());
-  if (shown != words) tooltip(words);
+  if (shown != for_window(words)) tooltip(words);
 }
 
 void tooltip(const std::string& words) {
   if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
   ImGui::BeginTooltip();
   ImGui::PushTextWrapPos(px(420));
-  ImGui::TextUnformatted(words.c_str());
+  ImGui::TextUnformatted(for_window(words).c_str());
   ImGui::PopTextWrapPos();
   ImGui::EndTooltip();
 }

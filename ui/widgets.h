@@ -63,7 +63,7 @@ void end_card();
 enum class Tone { plain, good, warn, bad };
 void note(const char* id, Tone tone, const std::string& what, const std::string& fix = {});
 
-// Cut to a width with an ellipsis, in the letters of the moment.
+// Cut to a width with an ellipsis, in the letters of the moment, for ImGui (letters.h).
 std::string shortened(const std::string& words, float width);
 // The same drawn; the whole is its tooltip.
 void clipped_text(const std::string& words, float width);

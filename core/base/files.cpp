@@ -17,6 +17,10 @@
 
 #include <fmt/format.h>
 
+#include "core/base/file_names.h"
+#include "core/base/sync_file.h"
+#include "core/base/unfinished.h"
+
 namespace likeness {
 
 namespace fs = std::filesystem;
@@ -124,15 +128,34 @@ Result<std::vector<std::byte>> read_all(const PlainFile& file, const fs::path& p
   return bytes;
 }
 
+void remove_part(const fs::path& temporary) {
+  ::unlink(temporary.c_str());
+  forget_unfinished(temporary);
+}
+
 Result<void> rename_into_place(const fs::path& temporary, const fs::path& path) {
   if (is_private(folder_of(path))) (void)::chmod(temporary.c_str(), S_IRUSR | S_IWUSR);
   if (::rename(temporary.c_str(), path.c_str()) != 0) {
     const int error_number = errno;
-    ::unlink(temporary.c_str());
+    remove_part(temporary);
     return file_error(path, "write", error_number);
   }
+  forget_unfinished(temporary);
   sync_folder(folder_of(path));
   return {};
+}
+
+// What of a file's name is in its part's: the longest that leaves room for the rest of it.
+constexpr std::size_t kLongestPart = 180;
+constexpr std::size_t kLongestExtension = 32;
+
+struct PartName {
+  std::string stem, extension;
+};
+PartName part_name(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  if (extension.size() > kLongestExtension) return {cut_name(path.filename().string(), kLongestPart), ""};
+  return {cut_name(path.stem().string(), kLongestPart), extension};
 }
 
 struct Part {
@@ -150,6 +173,11 @@ std::optional<Part> part_of(const std::string& name) {
 
 }  // namespace
 
+int sync_file(int descriptor) {
+  if (::fsync(descriptor) == 0) return 0;
+  return errno == EINVAL || errno == ENOSYS || errno == ENOTSUP ? 0 : errno;
+}
+
 Error file_error(const fs::path& path, std::string_view action, int error_number) {
   const std::string what =
       fmt::format("Cannot {} {}: {}.", action, path.string(), std::strerror(error_number));
@@ -161,10 +189,23 @@ Error file_error(const fs::path& path, std::string_view action, int error_number
     case EROFS:
     case EACCES:
     case EPERM:
-      return {ErrorCode::io, what, "Choose a folder you may write to, or change its permissions.",
+      return {ErrorCode::io, what,
+              "Choose a folder you may write to, change its permissions, or copy what you work on to such a "
+              "folder.",
               path.string()};
     case ENOENT:
       return {ErrorCode::not_found, what, "Check the spelling of the path.", path.string()};
+    case ENAMETOOLONG:
+      return {
+          ErrorCode::bad_input, what,
+          "Choose a shorter name: most disks take 255 bytes, and letters other than English ones take two "
+          "to four each.",
+          path.string()};
+    case EFBIG:
+      return {ErrorCode::no_space, what,
+              "The disk takes no larger file, as FAT32 does from 4 GB on, or a limit is set (ulimit -f): "
+              "choose a folder on another disk, raise the limit, or make less at once; then run it again.",
+              path.string()};
     case ENOTDIR:
       return {ErrorCode::io, what, "There is a file where a folder is needed; choose another name.",
               path.string()};
@@ -213,12 +254,15 @@ Result<void> write_file(const fs::path& path, std::span<const std::byte> bytes) 
     return file_error(folder_of(path), "create", failed);
   const fs::path temporary = temporary_name(path);
   FileDescriptor fd(create_new(temporary));
-  if (fd.get() < 0) return file_error(path, "write", errno);
+  if (const int error_number = errno; fd.get() < 0) {
+    forget_unfinished(temporary);
+    return file_error(path, "write", error_number);
+  }
   int error_number = write_all(fd.get(), bytes);
-  if (error_number == 0 && ::fsync(fd.get()) != 0) error_number = errno;
+  if (error_number == 0) error_number = sync_file(fd.get());
   if (::close(fd.release()) != 0 && error_number == 0) error_number = errno;
   if (error_number != 0) {
-    ::unlink(temporary.c_str());
+    remove_part(temporary);
     return file_error(path, "write", error_number);
   }
   return rename_into_place(temporary, path);
@@ -234,12 +278,15 @@ Result<void> make_writable_folder(const fs::path& folder) {
   if (!fs::is_directory(folder, failure)) return file_error(folder, "create", ENOTDIR);
   const fs::path probe = temporary_name(folder / "probe");
   const FileDescriptor fd(create_new(probe));
-  if (fd.get() < 0) return file_error(folder, "write into", errno);
+  if (const int error_number = errno; fd.get() < 0) {
+    forget_unfinished(probe);
+    return file_error(folder, "write into", error_number);
+  }
   // An empty file costs no block; a byte reveals a full disk now rather than after an hour's work.
   const std::byte byte{};
   int error_number = write_all(fd.get(), std::span(&byte, 1));
-  if (error_number == 0 && ::fsync(fd.get()) != 0) error_number = errno;
-  ::unlink(probe.c_str());
+  if (error_number == 0) error_number = sync_file(fd.get());
+  remove_part(probe);
   if (error_number != 0) return file_error(folder, "write into", error_number);
   return {};
 }
@@ -247,8 +294,11 @@ Result<void> make_writable_folder(const fs::path& folder) {
 fs::path temporary_name(const fs::path& path) {
   static std::atomic<std::uint64_t> next{std::uint64_t(std::random_device()()) << 32 |
                                          std::random_device()()};
-  return folder_of(path) / fmt::format(".{}.{}-{}.part{}", path.stem().string(), ::getpid(),
-                                       next.fetch_add(0x9E3779B97F4A7C15u) >> 40, path.extension().string());
+  const auto [stem, extension] = part_name(path);
+  fs::path temporary = folder_of(path) / fmt::format(".{}.{}-{}.part{}", stem, ::getpid(),
+                                                     next.fetch_add(0x9E3779B97F4A7C15u) >> 40, extension);
+  remember_unfinished(temporary);
+  return temporary;
 }
 
 bool is_part_name(const std::string& name) { return part_of(name).has_value(); }
@@ -256,10 +306,11 @@ bool is_part_name(const std::string& name) { return part_of(name).has_value(); }
 void remove_abandoned_parts(const fs::path& folder, std::string_view of) {
   std::error_code ignored;
   std::vector<fs::path> abandoned;
+  const std::string name = cut_name(of, kLongestPart);
   for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored)) {
     const auto part = part_of(it->path().filename().string());
     const bool lives = part && (::kill(part->process, 0) == 0 || errno != ESRCH);
-    if (part && !lives && (of.empty() || part->name == of)) abandoned.push_back(it->path());
+    if (part && !lives && (name.empty() || part->name == name)) abandoned.push_back(it->path());
   }
   for (const fs::path& path : abandoned) fs::remove_all(path, ignored);
 }
@@ -267,9 +318,8 @@ void remove_abandoned_parts(const fs::path& folder, std::string_view of) {
 Result<void> commit_file(const fs::path& temporary, const fs::path& path) {
   const FileDescriptor fd(::open(temporary.c_str(), O_RDONLY | O_CLOEXEC));
   if (fd.get() < 0) return file_error(path, "write", errno);
-  if (::fsync(fd.get()) != 0) {
-    const int error_number = errno;
-    ::unlink(temporary.c_str());
+  if (const int error_number = sync_file(fd.get()); error_number != 0) {
+    remove_part(temporary);
     return file_error(path, "write", error_number);
   }
   return rename_into_place(temporary, path);

@@ -1,4 +1,4 @@
-// Linux: /proc/meminfo, control groups of version 2, and the limit of a process's address space.
+// Linux: /proc/meminfo, control groups, and the limit of a process's address space.
 #include "core/base/memory.h"
 
 #include <sys/resource.h>
@@ -8,6 +8,8 @@
 #include <fstream>
 #include <string>
 
+#include "core/base/control_groups.h"
+
 namespace likeness {
 namespace {
 
@@ -15,7 +17,7 @@ std::optional<std::uint64_t> number_in(const char* path) {
   std::ifstream file(path);
   std::uint64_t value = 0;
   if (file >> value) return value;
-  return std::nullopt;  // no such file, or "max"
+  return std::nullopt;
 }
 
 // What `ulimit -v` leaves of the address space.
@@ -37,13 +39,7 @@ std::optional<std::uint64_t> available_memory() {
   std::optional<std::uint64_t> available;
   while (info >> key >> value && std::getline(info, unit))
     if (key == "MemAvailable:") available = value * 1024;
-  const auto limit = number_in("/sys/fs/cgroup/memory.max");
-  // What programs hold; the file cache counts against the limit too, but gives way.
-  std::ifstream group("/sys/fs/cgroup/memory.stat");
-  std::optional<std::uint64_t> used;
-  while (group >> key >> value)
-    if (key == "anon") used = value;
-  if (available && limit && used) available = std::min(*available, *limit > *used ? *limit - *used : 0);
+  if (const auto left = group_memory_left()) available = std::min(available.value_or(*left), *left);
   if (const auto left = address_space_left()) available = std::min(available.value_or(*left), *left);
   return available;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/files.h"
+#include "core/base/unfinished.h"
 
 namespace likeness {
 
@@ -15,11 +16,13 @@ WholeFolder::WholeFolder(fs::path target) : target_(std::move(target)), temporar
 WholeFolder::~WholeFolder() {
   std::error_code ignored;
   fs::remove_all(temporary_, ignored);
+  forget_unfinished(temporary_);
 }
 
 Result<void> WholeFolder::commit() {
   std::error_code failure;
   const fs::path old = temporary_name(target_);
+  forget_unfinished(old);  // the only whole one, for a moment
   if (fs::exists(target_, failure)) fs::rename(target_, old, failure);
   if (!failure) fs::rename(temporary_, target_, failure);
   if (failure) {

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "core/base/files.h"
+#include "core/base/unfinished.h"
 #include "core/export/mark.h"
 #include "core/image/files.h"
 #include "core/project/consent.h"
@@ -210,6 +211,7 @@ class FrameSink {
   ~FrameSink() {
     std::error_code ignored;
     for (const fs::path& picture : pictures_) fs::remove(picture, ignored);
+    keep_pictures();
     if (!unfinished_.empty()) fs::remove(unfinished_, ignored);
   }
   static Result<FrameSink> open(const FilmOptions& options, const Provenance& provenance, int width,
@@ -237,20 +239,24 @@ class FrameSink {
     if (video_) return timed_ ? video_->add(picture, time_s) : video_->add(picture);
     if (out_.extension() == ".png") return write_image(out_, picture, picture_);
     const fs::path name = out_ / fmt::format("{:06}.png", index);
-    auto written = write_image(name, picture, picture_);
-    if (written) pictures_.push_back(name), times_s_.push_back(time_s);
-    return written;
+    remember_unfinished(name);
+    pictures_.push_back(name), times_s_.push_back(time_s);
+    return write_image(name, picture, picture_);
   }
   Result<void> finish() {
     if (timed_ && !pictures_.empty())
       if (auto listed = list_pictures(); !listed) return listed;
-    pictures_.clear();
+    keep_pictures();
     std::error_code ignored;
     if (!unfinished_.empty()) fs::remove(std::exchange(unfinished_, {}), ignored);
     return video_ ? video_->finish() : Result<void>{};
   }
 
  private:
+  void keep_pictures() {
+    for (const fs::path& picture : pictures_) forget_unfinished(picture);
+    pictures_.clear();
+  }
   Result<void> list_pictures() const {
     std::string list = "ffconcat version 1.0\n";
     for (std::size_t i = 0; i < pictures_.size(); ++i) {

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/base/file_names.h"
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/project/build_forecast.h"
@@ -79,6 +80,7 @@ Error taken(std::string_view what, const fs::path& out, std::string_view option)
 }  // namespace
 
 Result<void> check_free(const fs::path& out, std::string_view option) {
+  if (auto named = check_can_be_named(out); !named) return named;
   std::error_code failure;
   for (fs::path at = fs::weakly_canonical(fs::absolute(out, failure), failure);
        !failure && at.has_relative_path(); at = at.parent_path()) {

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <type_traits>
 #include <utility>
 
@@ -232,17 +233,24 @@ Result<ProjectLock> ProjectLock::acquire(const Project& project, Links links) {
       if (auto own = check_no_links(project.folder, false); !own) return own.error();
     return file_error(path, "write", failed);
   }
+  std::string note;
   int failed = ::flock(fd, LOCK_EX | LOCK_NB);
   while (failed != 0 && errno == EINTR) failed = ::flock(fd, LOCK_EX | LOCK_NB);
   if (failed != 0) {
     const int why = errno;
-    ::close(fd);
-    if (why != EWOULDBLOCK) return file_error(path, "lock", why);  // a file system without locks
-    return Error{ErrorCode::failed,
-                 fmt::format("Another Likeness is working on {}.", project.folder.string()),
-                 "Wait for it to finish, or stop it, then run this again.", project.folder.string()};
+    if (why == EWOULDBLOCK) {
+      ::close(fd);
+      return Error{ErrorCode::failed,
+                   fmt::format("Another Likeness is working on {}.", project.folder.string()),
+                   "Wait for it to finish, or stop it, then run this again.", project.folder.string()};
+    }
+    // As of shares without a lock service.
+    note = fmt::format(
+        "The disk of {} keeps no locks ({}): see to it that no second Likeness works on this project.",
+        project.folder.string(), std::strerror(why));
   }
   ProjectLock lock(fd);
+  lock.note_ = std::move(note);
   if (links == Links::refused)
     if (auto own = check_no_links(project.folder, true); !own) return own.error();
   return lock;
@@ -252,6 +260,7 @@ ProjectLock::~ProjectLock() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-ProjectLock::ProjectLock(ProjectLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+ProjectLock::ProjectLock(ProjectLock&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), note_(std::move(other.note_)) {}
 
 }  // namespace likeness

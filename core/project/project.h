@@ -99,17 +99,20 @@ Result<Project> change_project(const std::filesystem::path& folder,
                                const std::function<void(Project&)>& change);
 
 // Held while a process works on a project: two at once would overwrite each other's results. Ends with the
-// process.
+// process. Where the disk keeps no locks, work goes on without.
 class ProjectLock {
  public:
   static Result<ProjectLock> acquire(const Project& project, Links links = Links::refused);
   ~ProjectLock();
   ProjectLock(ProjectLock&&) noexcept;
   ProjectLock& operator=(ProjectLock&&) = delete;
+  // That nothing keeps a second process out, in a sentence for the user; empty: the lock holds.
+  const std::string& note() const { return note_; }
 
  private:
   explicit ProjectLock(int fd) : fd_(fd) {}
   int fd_;
+  std::string note_;
 };
 
 }  // namespace likeness

@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -68,6 +69,7 @@ struct RunTerms {
   const RunObserver& observer;
   const TrainingPlace& place;
   std::stop_token stop;
+  std::string& lock_note;  // for the first stage that runs to tell; then empty
 };
 
 // One stage of one clip that is not current; its record on disk follows. The record names what the result was
@@ -91,6 +93,7 @@ Result<void> run_one(Project& project, Stage stage, const Progress& progress, co
   const auto outcome =
       run_stage(stage, {project, inputs, record, before, progress, terms.observer, terms.place, terms.stop});
   record.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!terms.lock_note.empty()) record.warnings.push_back(std::exchange(terms.lock_note, ""));
   if (!changed_results->empty())
     record.warnings.push_back(fmt::format(
         "What an earlier run wrote had been altered or damaged since, and was made again; it is kept as {}.",
@@ -165,9 +168,10 @@ std::pair<double, double> stage_span(const ProjectOptions& options, Stage last, 
 
 Result<void> run_stages(Project& project, Stage last, const Progress& progress, const RunObserver& observer,
                         std::stop_token stop, const TrainingPlace& place) {
-  const RunTerms terms{observer, place, stop};
   const auto lock = ProjectLock::acquire(project);
   if (!lock) return lock.error();
+  std::string lock_note = lock->note();
+  const RunTerms terms{observer, place, stop, lock_note};
   remove_abandoned_parts(project.folder);
   for (const Stage stage : kStages) {
     if (stage > last) break;

@@ -9,6 +9,7 @@
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
+#include "core/base/unfinished.h"
 #include "core/camera/camera.h"
 #include "core/head/builtin_head.h"
 #include "core/image/files.h"
@@ -34,11 +35,13 @@ class Unfinished {
     std::error_code ignored;
     made_ = !fs::exists(folder, ignored);
     fs::remove_all(part_, ignored);  // remains of a killed run would mix with this one's masks
+    remember_unfinished(made_ ? folder_ : part_);
   }
   ~Unfinished() {
     std::error_code ignored;
     fs::remove_all(part_, ignored);
     if (made_ && !kept_) fs::remove(folder_, ignored);  // only when empty
+    forget_unfinished(made_ ? folder_ : part_);
   }
   const fs::path& part() const { return part_; }
 

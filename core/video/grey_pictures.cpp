@@ -1,8 +1,6 @@
 // A line of JSON, then the pictures' bytes: see grey_pictures.h.
 #include "core/video/grey_pictures.h"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
@@ -11,6 +9,7 @@
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
+#include "core/base/sync_file.h"
 
 namespace likeness {
 
@@ -88,8 +87,9 @@ Result<void> GreyPictureWriter::add(const Image8& picture) {
 Result<void> GreyPictureWriter::finish() {
   State& s = *state_;
   if (s.count != s.about.frames.size()) return not_whole(s.path);
-  if (std::fflush(s.file.get()) != 0 || ::fsync(::fileno(s.file.get())) != 0)
-    return file_error(s.path, "write", errno);
+  if (std::fflush(s.file.get()) != 0) return file_error(s.path, "write", errno);
+  if (const int failed = sync_file(::fileno(s.file.get())); failed != 0)
+    return file_error(s.path, "write", failed);
   return {};
 }
 

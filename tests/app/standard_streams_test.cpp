@@ -2,7 +2,12 @@
 // was asked for is lost without a word.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/stat.h>
+#include <unistd.h>
+
+#include <string>
+#include <vector>
 
 #include "core/base/files.h"
 #include "tests/core/export/tiny_project.h"
@@ -59,6 +64,56 @@ TEST(StandardStreams, APipeIsNoClip) {
                   (project.root / "o.png").string()})}) {
     EXPECT_EQ(asked.exit_code, 1);
     EXPECT_THAT(asked.err, HasSubstr("pipe or a device"));
+  }
+}
+
+TEST(StandardStreams, ANameThatBeginsWithADashIsTold) {
+  const ProgramResult asked = likeness({"check", "-clip.mp4"});
+  EXPECT_EQ(asked.exit_code, 2);
+  EXPECT_THAT(asked.err, HasSubstr("-clip.mp4 looks like an option; write ./-clip.mp4"));
+  EXPECT_THAT(likeness({"check", "--nothing", "-0.5", "--out=a.mp4"}).err, Not(HasSubstr("looks like")));
+}
+
+// Files in a folder and below.
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (!entry.is_directory()) names.push_back(entry.path().filename().string());
+  return names;
+}
+
+TEST(StandardStreams, ALimitOnTheSizeOfFilesIsAnErrorWithARemedyAndLeavesNothing) {
+  const TinyProject project;
+  fs::create_directories(project.root / "out");
+  for (const std::string name : {"film.mp4", "pictures/"}) {
+    const std::string command = "ulimit -f 1; " + likeness_path() + " render '" + project.folder().string() +
+                                "' --size 96 --frames 3 --out '" + (project.root / "out" / name).string() +
+                                "'";
+    const ProgramResult asked = run_program({"/bin/sh", "-c", command});
+    EXPECT_EQ(asked.exit_code, 1) << name << asked.err;
+    EXPECT_THAT(asked.err, HasSubstr("ulimit -f")) << name;
+    EXPECT_THAT(names_in(project.root / "out"), testing::IsEmpty()) << name;
+  }
+}
+
+// The first signal asks for an end in order, the second for one at once.
+TEST(StandardStreams, ASecondSignalLeavesNothingHalfWritten) {
+  const TinyProject project;
+  for (const std::string name : {"film.mp4", "pictures/"}) {
+    const fs::path out = project.root / ("at " + name).substr(0, 6);
+    fs::create_directories(out);
+    const pid_t child =
+        start_program({likeness_path(), "render", project.folder().string(), "--size", "512", "--frames",
+                       "9000", "--camera", "orbit", "--out", (out / name).string()},
+                      project.root);
+    for (int i = 0; i < 2000 && names_in(out).empty(); ++i) ::usleep(5000);
+    ASSERT_THAT(names_in(out), Not(testing::IsEmpty())) << name;
+    ::kill(child, SIGTERM);
+    ::usleep(300);  // two that wait are one
+    ::kill(child, SIGTERM);
+    const int code = wait_program(child);
+    EXPECT_TRUE(code == 130 || code == 128 + SIGTERM) << code;
+    EXPECT_THAT(names_in(out), testing::IsEmpty()) << name;
   }
 }
 

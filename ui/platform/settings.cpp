@@ -1,11 +1,13 @@
 // studio.json: see settings.h.
 #include "ui/platform/settings.h"
 
+#include <pwd.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -25,17 +27,25 @@ constexpr std::size_t kRecent = 10;
 }  // namespace
 
 fs::path home_folder() {
-  const char* home = std::getenv("HOME");
-  return home && *home ? fs::path(home) : fs::temp_directory_path();
+  if (const char* home = std::getenv("HOME"); home && *home) return home;
+  passwd entry{}, *found = nullptr;
+  std::vector<char> room(1 << 16);
+  ::getpwuid_r(::getuid(), &entry, room.data(), room.size(), &found);
+  return found && found->pw_dir ? fs::path(found->pw_dir) : fs::path();
 }
 
 fs::path settings_path() {
   const char* config = std::getenv("XDG_CONFIG_HOME");
-  const fs::path folder = config && *config ? fs::path(config) : home_folder() / ".config";
+  const fs::path home = home_folder();
+  if ((!config || !*config) && home.empty()) return {};
+  const fs::path folder = config && *config ? fs::path(config) : home / ".config";
   return folder / "likeness" / "studio.json";
 }
 
-fs::path projects_folder() { return home_folder() / "Likeness"; }
+fs::path projects_folder() {
+  const fs::path home = home_folder();
+  return home.empty() ? home : home / "Likeness";
+}
 
 std::uint64_t memory_in_use() {
   std::ifstream file("/proc/self/statm");
@@ -59,6 +69,7 @@ Settings read_settings(const fs::path& path) {
     read.licences_shown = j.value("licences_shown", read.licences_shown);
     for (const json& entry : j.value("recent", json::array()))
       read.recent.push_back(path_of_text(entry.get<std::string>()));
+    read.projects = path_of_text(j.value("projects", ""));
     return read;
   } catch (const json::exception&) {
     return settings;
@@ -66,15 +77,17 @@ Settings read_settings(const fs::path& path) {
 }
 
 Result<void> write_settings(const fs::path& path, const Settings& settings) {
+  if (path.empty()) return {};
   json recent = json::array();
   for (const fs::path& folder : settings.recent) recent.push_back(text_of_path(folder));
-  const json j{{"width", settings.width},
-               {"height", settings.height},
-               {"maximised", settings.maximised},
-               {"dark", settings.dark},
-               {"scale_percent", settings.scale_percent},
-               {"licences_shown", settings.licences_shown},
-               {"recent", recent}};
+  json j{{"width", settings.width},
+         {"height", settings.height},
+         {"maximised", settings.maximised},
+         {"dark", settings.dark},
+         {"scale_percent", settings.scale_percent},
+         {"licences_shown", settings.licences_shown},
+         {"recent", recent}};
+  if (!settings.projects.empty()) j["projects"] = text_of_path(settings.projects);
   return write_text(path, json_text(j, 2) + "\n");
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "ui/letters.h"
 #include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -239,6 +240,7 @@ void draw_attributes(const Snapshot& snapshot, MaskSight& sight, Requests& reque
   if (!listed) faint_text(fmt::format("'{}' is not painted on any frame yet.", view.name));
   ImGui::SetNextItemWidth(std::min(px(180), 0.6f * ImGui::GetContentRegionAvail().x));
   ImGui::InputTextWithHint("##attribute name", "such as: cheek puff", sight.name.data(), sight.name.size());
+  (void)for_window(sight.name.data());  // its letters are made
   note_widget("attribute name");
   ImGui::SameLine(0, px(8));
   if (plain_button("New attribute", sight.name[0] != 0)) {

@@ -115,7 +115,7 @@ WindowRequest write_diagnostics(To to) {
   const OpenProject& open = to.context.open;
   Notices& notices = to.context.notices;
   const auto out =
-      (open.folder.empty() || open.look_only ? to.context.options.projects : open.folder) / "diagnostics.txt";
+      (open.folder.empty() || open.look_only ? to.context.projects : open.folder) / "diagnostics.txt";
   if (const auto written = write_text(out, diagnostics_text(notices.error, open.contents.get())); !written) {
     notices.fail(written.error());
   } else {
@@ -184,6 +184,8 @@ constexpr CommandInfo kTable[] = {
     {Command::delete_person, Menu::file, "Delete this person...", "",
      [](S s) { return (s.project || s.damaged) && !s.look_only && idle(s); },
      ask_window<WindowRequest::delete_person>},
+    {Command::choose_projects, Menu::file, "Folder of new projects...", "", [](S s) { return !s.recorder; },
+      ask_window<WindowRequest::pick_projects>},
     {Command::quit, Menu::file, "Quit", "Ctrl+Q", always, ask_window<WindowRequest::quit>, true},
     {Command::undo, Menu::edit, "Undo", "Ctrl+Z", [](S s) { return undoes(s) && s.can_undo; },
      undo_where_shown<&MaskSession::undo, &ProjectSession::undo_camera, &Directing::undo>},

@@ -49,6 +49,7 @@ bool is_wanted(const fs::path& file, Wanted wanted) {
     case Wanted::export_performance:
       return lower(file.extension().string()) == ".json" && !is_project_file(file);
     case Wanted::project:
+    case Wanted::projects:
       return false;
   }
   return false;

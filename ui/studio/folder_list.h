@@ -13,6 +13,7 @@ namespace likeness::ui {
 enum class Wanted {
   clip,
   project,
+  projects,  // the folder of new ones
   driver,
   driving_clip,
   background,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/file_names.h"
 #include "core/base/files.h"
 #include "core/project/care.h"
 #include "core/project/further_clips.h"
@@ -35,7 +36,7 @@ fs::path folder_for(const fs::path& projects, const fs::path& clip) {
   const std::string name = clip.stem().string();
   for (int number = 1;; ++number) {
     const fs::path folder =
-        projects / (number == 1 ? name + ".likeness" : fmt::format("{}-{}.likeness", name, number));
+        projects / name_with(name, number == 1 ? ".likeness" : fmt::format("-{}.likeness", number));
     std::error_code ignored;
     if (!fs::exists(folder, ignored)) return folder;
     const auto project = open_project(folder);
@@ -290,9 +291,10 @@ void ProjectSession::delete_person(bool keep_exports) {
 
 void ProjectSession::open_clip(const fs::path& clip, Consent consent) {
   loading_ = true;  // the open project stays until there is another
+  waiting_clip_.reset();
   context_.background.run("open",
-                          [this, clip, consent, options = context_.options.project](
-                              std::stop_token) mutable -> Background::Delivery {
+                          [this, clip, consent, options = context_.options.project,
+                           projects = context_.projects](std::stop_token) mutable -> Background::Delivery {
                             const auto failed = [this](Error error) {
                               return [this, error] {
                                 loading_ = false;
@@ -301,18 +303,27 @@ void ProjectSession::open_clip(const fs::path& clip, Consent consent) {
                             };
                             const auto info = probe_video(clip);
                             if (!info) return failed(info.error());
-                            const fs::path folder = folder_for(context_.options.projects, clip);
+                            const fs::path folder = folder_for(projects, clip);
                             std::error_code ignored;
                             if (!fs::exists(folder / "project.json", ignored)) {
                               options.shared.video = clip;
                               auto made = open_or_create_project(folder, options);
-                              if (!made) return failed(made.error());
-                              made->consent = consent;
-                              if (const auto saved = save_project(*made); !saved)
-                                return failed(saved.error());
+                              if (made) {
+                                made->consent = consent;
+                                if (const auto saved = save_project(*made); !saved) made = saved.error();
+                              }
+                              if (!made)
+                                return [this, clip, consent, tell = failed(made.error())] {
+                                  waiting_clip_.emplace(clip, consent);
+                                  tell();
+                                };
                             }
                             return [this, folder] { read(folder); };
                           });
+}
+
+void ProjectSession::open_waiting_clip() {
+  if (const auto clip = std::exchange(waiting_clip_, std::nullopt)) open_clip(clip->first, clip->second);
 }
 
 void ProjectSession::read_again() { read(open_.folder); }

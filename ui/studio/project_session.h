@@ -102,6 +102,8 @@ class ProjectSession {
   // A project's folder or a file in it, or a clip: a new project's, or the one that the open project misses.
   void open(const std::filesystem::path& path);
   void open_clip(const std::filesystem::path& clip, Consent consent);
+  // That could not become a project where new ones go; another folder was chosen.
+  void open_waiting_clip();
   void read_again();  // the open project's folder
   void reading_broke_off() { loading_ = false; }
   void close();
@@ -162,7 +164,8 @@ class ProjectSession {
   std::optional<DamagedProject> damaged_;  // asked for, and not to be opened
   std::optional<std::filesystem::path> elsewhere_;
   std::shared_ptr<const WindowLock> window_;  // of the open project; null: it is only looked at
-  bool changing_clips_ = false;               // the list of clips is being written
+  std::optional<std::pair<std::filesystem::path, Consent>> waiting_clip_;
+  bool changing_clips_ = false;  // the list of clips is being written
   bool deleting_ = false;
   std::shared_ptr<const FaceOverlay> overlay_;
   FramePicture clip_picture_, check_picture_, face_picture_;

@@ -208,7 +208,7 @@ void ProjectSession::watch_solve() {
 
 void ProjectSession::film_demo() {
   close();
-  const fs::path clip = context_.options.projects / "demo" / "demo.mp4";
+  const fs::path clip = context_.projects / "demo" / "demo.mp4";
   demo_ = std::make_unique<Job>(
       [clip, demo = context_.options.demo](const Progress& progress,
                                            std::stop_token stop) -> Result<std::string> {

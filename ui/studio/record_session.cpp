@@ -31,8 +31,7 @@ void RecordSession::start(std::unique_ptr<LiveDriver> driver) {
   };
   opens_ = true;
   recorder_ = std::make_unique<ClipRecorder>(
-      std::move(webcams),
-      RecorderOptions{.folder = context_.options.projects, .record = context_.options.recording},
+      std::move(webcams), RecorderOptions{.folder = context_.projects, .record = context_.options.recording},
       context_.wake);
 }
 

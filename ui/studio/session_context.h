@@ -52,7 +52,8 @@ struct SessionContext {
   Notices& notices;
   const OpenProject& open;
   ShownStep& shown;
-  std::uint64_t& pictures;  // pictures of frames so far; each takes the next number
+  std::uint64_t& pictures;                // pictures of frames so far; each takes the next number
+  const std::filesystem::path& projects;  // folder of new ones
 };
 
 // Where that fails, the message says so.

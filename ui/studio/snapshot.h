@@ -42,8 +42,10 @@ struct Snapshot {
   Situation situation;
   Settings settings;
   SystemStatus system;
-  std::optional<Error> error;  // of the last thing asked for
-  std::string message;         // what the last thing asked for did
+  std::filesystem::path projects;  // folder of new ones
+  bool projects_refuse = false;    // the error is that nothing can be put there
+  std::optional<Error> error;      // of the last thing asked for
+  std::string message;             // what the last thing asked for did
 
   const StepView& step(Step s) const { return steps[std::size_t(s)]; }
 };
@@ -52,6 +54,7 @@ struct Requests {
   std::vector<Command> commands;
   std::optional<std::filesystem::path> open;  // a clip or a project folder
   std::optional<std::filesystem::path> forget_recent;
+  std::optional<std::filesystem::path> projects;  // folder of new ones, from now on
   std::optional<Step> show;
   ProjectRequests project;
   DirectRequests direct;

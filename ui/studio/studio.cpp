@@ -5,6 +5,9 @@
 #include <functional>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "core/base/files.h"
 #include "core/base/memory.h"
 #include "core/base/parallel.h"
 
@@ -88,6 +91,7 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
     : options_(std::move(options)),
       wake_(std::move(wake)),
       settings_(read_settings(options_.settings)),
+      projects_(options_.projects),
       background_(
           [this](const std::string& what) {
             project_.reading_broke_off();
@@ -156,6 +160,8 @@ Snapshot Studio::snapshot() const {
   s.system.memory = memory_in_use();
   s.system.available = available_memory().value_or(0);
   if (s.direct.on_device) s.system.backend = "GPU";
+  s.projects = projects_;
+  s.projects_refuse = projects_refuse();
   s.error = notices_.error;
   s.message = notices_.message;
   return s;
@@ -167,6 +173,7 @@ WindowRequest Studio::apply(const Requests& requests) {
     project_.dismiss_damage();
   }
   if (requests.dismiss_message) notices_.message.clear();
+  if (requests.projects) choose_projects(*requests.projects);
   if (requests.open) open(*requests.open);
   recorder_.apply(requests.recorder);
   if (requests.forget_recent) std::erase(settings_.recent, *requests.forget_recent);
@@ -210,6 +217,27 @@ void Studio::open(const fs::path& path) {
   }
   recorder_.leave();
   project_.open(path);
+}
+
+void Studio::choose_projects(const fs::path& folder) {
+  if (const auto usable = make_writable_folder(folder); !usable) return notices_.fail(usable.error());
+  projects_ = settings_.projects = folder;
+  notices_.error.reset();
+  const bool kept = write_settings(options_.settings, settings_).ok();
+  notices_.message = fmt::format("New projects go to {}{}.", folder.string(),
+                                 kept ? "" : ", until this window is closed: the choice cannot be kept");
+  project_.open_waiting_clip();
+}
+
+// Whether what went wrong is that nothing can be put where new projects go.
+bool Studio::projects_refuse() const {
+  if (!notices_.error) return false;
+  const ErrorCode code = notices_.error->code;
+  const auto within = [&](const fs::path& folder) {
+    const fs::path inside = fs::path(notices_.error->where).lexically_relative(folder);
+    return !folder.empty() && !inside.empty() && *inside.begin() != "..";
+  };
+  return (code == ErrorCode::io || code == ErrorCode::no_space) && within(projects_) && !within(open_.folder);
 }
 
 void Studio::remember_window(int width, int height, bool maximised) {

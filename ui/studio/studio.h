@@ -32,6 +32,7 @@ class Studio {
   bool goes_on() const;     // and was not asked to stop
   bool computes() const;    // work that does not wait for its Continue
   const std::filesystem::path& folder() const { return open_.folder; }  // of the open project
+  const std::filesystem::path& projects() const { return projects_; }   // folder of new ones
   double patience_s() const;  // until the window should look again though nobody touched it
   // The picture is on the screen.
   void shown(const std::shared_ptr<const AvatarPicture>& picture) { direct_.shown(picture); }
@@ -42,6 +43,8 @@ class Studio {
   ProjectNeighbours neighbours();
   void open(const std::filesystem::path& path);
   void show(Step step);
+  void choose_projects(const std::filesystem::path& folder);
+  bool projects_refuse() const;
 
   const LowPriorityLoops loops_step_back_;  // whatever is computed, the window comes first
   const StudioOptions options_;
@@ -51,7 +54,9 @@ class Studio {
   OpenProject open_;
   ShownStep shown_;
   std::uint64_t pictures_ = 0;
-  const SessionContext context_{options_, wake_, background_, settings_, notices_, open_, shown_, pictures_};
+  std::filesystem::path projects_;
+  const SessionContext context_{options_, wake_,  background_, settings_, notices_,
+                                open_,    shown_, pictures_,   projects_};
   ProjectSession project_{context_, open_, neighbours()};
   DirectSession direct_{context_};
   MaskSession masks_{context_, [this] { project_.read_again(); }};

@@ -14,7 +14,7 @@ namespace likeness::ui {
 
 struct StudioOptions {
   std::filesystem::path settings;       // file
-  std::filesystem::path projects;       // folder of new projects
+  std::filesystem::path projects;       // folder of new projects, until another is chosen
   ProjectOptions project;               // of new ones
   DemoOptions demo{.moving_share = 0};  // the demo's camera rests: its avatar needs no COLMAP
   WebcamAccess webcams = real_webcams();

@@ -1,15 +1,11 @@
 // See project_speed.h.
 #include "core/lab/bench/project_speed.h"
 
-#include <stdlib.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
-#include <string>
-#include <utility>
 
 #include "core/base/files.h"
+#include "core/base/temporary_folder.h"
 #include "core/lab/bench/render_study.h"
 #include "core/project/project_head_model.h"
 #include "core/project/stage_inputs.h"
@@ -20,30 +16,6 @@ namespace likeness {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A temporary folder, removed with this object.
-class ScratchFolder {
- public:
-  static Result<ScratchFolder> make() {
-    std::error_code failure;
-    const fs::path parent = fs::temp_directory_path(failure);
-    if (failure) return file_error("the folder for temporary files", "find", failure.value());
-    std::string name = (parent / "likeness_speed_XXXXXX").string();
-    if (!::mkdtemp(name.data())) return file_error(name, "make", errno);
-    return ScratchFolder(name);
-  }
-  ScratchFolder(ScratchFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
-  ScratchFolder& operator=(ScratchFolder&&) = delete;
-  ~ScratchFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  explicit ScratchFolder(fs::path path) : path_(std::move(path)) {}
-  fs::path path_;
-};
 
 // The rate from the first report to the last, so that neither reading nor writing counts.
 struct Pace {
@@ -64,7 +36,7 @@ Result<double> training_rays_per_s(const Project& project, const ProjectSpeedOpt
   if (!model) return model.error();
   auto set = load_training_set(project, *model);
   if (!set) return set.error();
-  const auto scratch = ScratchFolder::make();
+  const auto scratch = TemporaryFolder::make("speed");
   if (!scratch) return scratch.error();
   const fs::path checkpoint = scratch->path() / "checkpoint.bin";
   TrainOptions training = training_options(stage_inputs(project.options).train);

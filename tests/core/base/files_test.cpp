@@ -2,14 +2,30 @@
 #include "core/base/files.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <fstream>
+#include <iterator>
+#include <string>
 
 #include "core/base/hash.h"
+
+namespace {
+int failing_syncs = 0;  // the errno that fsync answers; 0: it does its work
+}
+
+// In the C library's place, for this whole program.
+extern "C" int fsync(int descriptor) {
+  if (failing_syncs == 0) return int(::syscall(SYS_fsync, descriptor));
+  errno = failing_syncs;
+  return -1;
+}
 
 namespace likeness {
 namespace {
@@ -93,6 +109,56 @@ TEST_F(Files, NothingIsWrittenThroughALink) {
   ASSERT_TRUE(write_text(folder_ / "a.txt", "ours").ok());
   EXPECT_EQ(*read_text(folder_ / "theirs"), "theirs");
   EXPECT_EQ(*read_text(folder_ / "a.txt"), "ours");
+}
+
+// 255 bytes are a file's longest name, and what it is written under for a while is longer.
+TEST_F(Files, ALongNameHasATemporaryOneThatFits) {
+  std::string letters;
+  for (int i = 0; i < 63; ++i) letters += "\u5c71\u00e4";  // 315 bytes
+  for (const std::string& name : {std::string(255, 'x'), std::string(244, 'y') + ".mp4",
+                                  letters.substr(0, 255), "a." + std::string(250, 'z')}) {
+    ASSERT_TRUE(write_text(folder_ / name, "x").ok()) << name;
+    const fs::path part = temporary_name(folder_ / name).filename();
+    EXPECT_LE(part.string().size(), 255u) << name;
+    EXPECT_TRUE(is_part_name(part.string())) << name;
+    if (name.ends_with(".mp4")) {
+      EXPECT_EQ(part.extension(), ".mp4");
+    }
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 4);
+  const auto refused = write_text(folder_ / std::string(256, 'x'), "x");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().fix.find("255 bytes"), std::string::npos) << refused.error().fix;
+}
+
+// Shares and file systems of programs that do not know how; a disk that fails does.
+TEST_F(Files, WhatCannotBeFlushedIsWrittenAllTheSame) {
+  for (const auto& [failure, written] : {std::pair(EINVAL, true), {ENOSYS, true}, {EIO, false}}) {
+    failing_syncs = failure;
+    const bool file = write_text(folder_ / "a.txt", "x").ok();
+    std::ofstream(folder_ / "film.part") << "x";
+    const bool film = commit_file(folder_ / "film.part", folder_ / "film").ok();
+    const bool folder = make_writable_folder(folder_).ok();
+    failing_syncs = 0;
+    for (const bool done : {file, film, folder}) EXPECT_EQ(done, written) << failure;
+  }
+  fs::remove(folder_ / "a.txt"), fs::remove(folder_ / "film");
+  EXPECT_TRUE(fs::is_empty(folder_)) << "something half-written stays";
+}
+
+TEST_F(Files, AFileThatMayNotGrowIsAnErrorWithARemedyAndLeavesNothing) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1000, 1000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    const auto refused = write_text(folder_ / "a.txt", std::string(2000, 'x'));
+    ::_exit(!refused && refused.error().fix.find("FAT32") != std::string::npos ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_TRUE(fs::is_empty(folder_));
 }
 
 TEST_F(Files, OnlyPartsOfProcessesThatNoLongerLiveAreRemoved) {

@@ -1,13 +1,30 @@
 // Claims about the project file: what it remembers, what it refuses, and that two processes do not share it.
 #include "core/project/project.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <sys/file.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <fstream>
 
 #include "core/base/files.h"
+#include "core/project/run_stages.h"
 #include "core/project/staleness.h"
+
+namespace {
+int failing_locks = 0;  // the errno that flock answers; 0: it does its work
+}
+
+// In the C library's place, for this whole program.
+extern "C" int flock(int descriptor, int operation) noexcept {
+  if (failing_locks == 0) return int(::syscall(SYS_flock, descriptor, operation));
+  errno = failing_locks;
+  return -1;
+}
 
 namespace likeness {
 namespace {
@@ -211,6 +228,27 @@ TEST_F(ProjectFolder, OptionsDoNotChangeWhileAnotherWorksOnIt) {
   const auto opened = open_project(root_ / "p");
   ASSERT_TRUE(opened.ok());
   EXPECT_EQ(opened->options.shared.seed, 1u);
+}
+
+// Of a share without a lock service.
+TEST_F(ProjectFolder, WithoutLocksWorkGoesOnWithANote) {
+  auto made = open_or_create_project(root_ / "p", {.shared = {.video = root_ / "none.mp4"}});
+  ASSERT_TRUE(made.ok());
+  EXPECT_EQ(ProjectLock::acquire(*made)->note(), "");
+  for (const int failure : {ENOLCK, EOPNOTSUPP, ENOSYS}) {
+    failing_locks = failure;
+    const auto lock = ProjectLock::acquire(*made);
+    const auto opened = open_or_create_project(root_ / "p", made->options);
+    const auto run = run_stages(*made, Stage::import, Progress(), {}, {});
+    failing_locks = 0;
+    ASSERT_TRUE(lock.ok()) << lock.error().what;
+    EXPECT_THAT(lock->note(), testing::HasSubstr("keeps no locks"));
+    EXPECT_TRUE(opened.ok());
+    ASSERT_FALSE(run.ok());
+    EXPECT_EQ(run.error().code, ErrorCode::not_found) << "the clip is what is missing, not the lock";
+    EXPECT_THAT(made->record(Stage::import).warnings,
+                testing::Contains(testing::HasSubstr("no second Likeness")));
+  }
 }
 
 TEST_F(ProjectFolder, AChangeKeepsWhatOthersDidMeanwhile) {

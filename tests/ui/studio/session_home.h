@@ -24,7 +24,8 @@ struct SessionHome {
   ShownStep shown;
   std::uint64_t pictures = 0;
   Background background{[](const std::string& what) { ADD_FAILURE() << what; }, [] {}};
-  SessionContext context{options, wake, background, settings, notices, open, shown, pictures};
+  SessionContext context{options, wake,  background, settings,        notices,
+                         open,    shown, pictures,   options.projects};
 
   // As if the project session had read it.
   void open_project() {

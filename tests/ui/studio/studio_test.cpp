@@ -99,6 +99,62 @@ TEST_F(StudioState, ExportsTakeTurnsAndAFailureIsSurvived) {
   EXPECT_NE(exports[0].out, exports[2].out);
 }
 
+// Of a file system's 255 bytes the clip's name takes 253, and the project's adds to it.
+TEST_F(StudioState, AClipWithALongNameBecomesAProject) {
+  std::string name;
+  while (name.size() < 248) name += "\u5c71";
+  name += "x.mp4";  // 253 or 254
+  const fs::path clip = project_.root / name;
+  fs::copy_file(clip_, clip);
+  Requests requests;
+  requests.open = clip;
+  ask(requests);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.project.contents || s.error; }));
+  ASSERT_FALSE(studio_->snapshot().error) << studio_->snapshot().error->what;
+  const std::string folder = studio_->folder().filename().string();
+  EXPECT_LE(folder.size(), 255u);
+  EXPECT_TRUE(folder.ends_with("\u5c71.likeness")) << folder;
+  EXPECT_EQ(studio_->snapshot().project.contents->project.options.shared.video, clip);
+}
+
+// A home that may only be read: nothing asks for the command line.
+TEST_F(StudioState, WhereNewProjectsCannotGoAnotherFolderIsChosenAndTheClipGoesOn) {
+  const fs::path taken = project_.root / "taken";
+  ASSERT_TRUE(write_text(taken, "a file").ok());
+  const StudioOptions options{.settings = project_.root / "studio.json", .projects = taken / "Likeness"};
+  studio_ = std::make_unique<Studio>(options, [] {});
+  Requests requests;
+  requests.open = clip_;
+  ask(requests);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.error.has_value(); }));
+  EXPECT_TRUE(studio_->snapshot().projects_refuse);
+  requests = {};
+  requests.ask(Command::choose_projects);
+  EXPECT_EQ(studio_->apply(requests), WindowRequest::pick_projects);
+  requests = {};
+  requests.projects = taken / "no better";
+  ask(requests);
+  EXPECT_TRUE(studio_->snapshot().error);
+  requests.projects = project_.root / "elsewhere";
+  ask(requests);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.project.contents != nullptr; }));
+  const Snapshot now = studio_->snapshot();
+  EXPECT_FALSE(now.error);
+  EXPECT_FALSE(now.projects_refuse);
+  EXPECT_EQ(now.project.contents->project.folder, project_.root / "elsewhere" / "clip.likeness");
+  EXPECT_EQ(now.projects, project_.root / "elsewhere");
+  EXPECT_EQ(read_settings(options.settings).projects, now.projects) << "and it stays so";
+}
+
+// What goes wrong elsewhere is not the fault of the folder of new projects.
+TEST_F(StudioState, AnotherFailureOffersNoOtherFolder) {
+  Requests requests;
+  requests.open = project_.root / "absent.mp4";
+  ask(requests);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.error.has_value(); }));
+  EXPECT_FALSE(studio_->snapshot().projects_refuse);
+}
+
 TEST_F(StudioState, StoppedWorkGoesOnOnlyWithSomethingNew) {
   open();
   EXPECT_FALSE(studio_->goes_on());
