@@ -225,7 +225,7 @@ TEST_F(SharedDecoding, AStopInTheMiddleOfAnImportLosesNothing) {
     const auto cut = run_stages(project, Stage::import, progress, {}, stop.get_token());
     ASSERT_FALSE(cut.ok());
     EXPECT_EQ(cut.error().code, ErrorCode::cancelled);
-    EXPECT_FALSE(path_exists(decoded_path(project)));
+    for (const char* name : kKeptFiles) EXPECT_FALSE(path_exists(decoded_path(project) / name)) << name;
     expect_nothing_half_written(project);
   }
   EXPECT_EQ(run(project, Stage::import), kClipFrames);

@@ -12,15 +12,15 @@ namespace likeness {
 namespace {
 
 Track fitting_track() {
-  Track track = test::acted_truth(3).track;
-  track.head_model_hash = test::acting_head().hash;
-  track.person.identity = Eigen::VectorXf::Zero(test::acting_head().identity_count());
-  track.neutral = neutral_articulation(test::acting_head());
+  Track track = acted_truth(3).track;
+  track.head_model_hash = acting_head().hash;
+  track.person.identity = Eigen::VectorXf::Zero(acting_head().identity_count());
+  track.neutral = neutral_articulation(acting_head());
   return track;
 }
 
 TEST(CheckTrackFits, AHeadThatLiesElsewhereIsRefused) {
-  const HeadModel& model = test::acting_head();
+  const HeadModel& model = acting_head();
   ASSERT_TRUE(check_track_fits(fitting_track(), model).ok());
   const std::pair<const char*, std::function<void(Track&)>> faults[] = {
       {"offsets of 2 m",
