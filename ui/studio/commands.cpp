@@ -185,7 +185,7 @@ constexpr CommandInfo kTable[] = {
      [](S s) { return (s.project || s.damaged) && !s.look_only && idle(s); },
      ask_window<WindowRequest::delete_person>},
     {Command::choose_projects, Menu::file, "Folder of new projects...", "", [](S s) { return !s.recorder; },
-      ask_window<WindowRequest::pick_projects>},
+     ask_window<WindowRequest::pick_projects>},
     {Command::quit, Menu::file, "Quit", "Ctrl+Q", always, ask_window<WindowRequest::quit>, true},
     {Command::undo, Menu::edit, "Undo", "Ctrl+Z", [](S s) { return undoes(s) && s.can_undo; },
      undo_where_shown<&MaskSession::undo, &ProjectSession::undo_camera, &Directing::undo>},

@@ -10,7 +10,7 @@
 namespace likeness::ui {
 
 RecordSession::RecordSession(const SessionContext& context) : context_(context) {
-  context_.background.run("recordings", [context, folder = context.options.projects](std::stop_token) {
+  context_.background.run("recordings", [context, folder = context.projects](std::stop_token) {
     const auto films = finish_abandoned_films(folder);
     return Background::Delivery([context, films] {
       if (!films.empty())
