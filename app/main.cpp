@@ -111,10 +111,9 @@ int main(int argc, char** argv) {
     return run(argc, argv);
   } catch (const std::exception& error) {
     if (likeness::lacks_memory(error)) {
-      tell("{}
-{}
-", "There is not enough memory for this.",
-           "Close other programs, use a smaller --size, or raise the limit on this program's memory (ulimit -v).");
+      tell(
+          "There is not enough memory for this.\n"
+          "Close other programs, use a smaller --size, or raise this program's limit (ulimit -v).\n");
       return kExitFailed;
     }
     if (std::ferror(stdout) != 0) return after_output(kExitDone);
