@@ -15,7 +15,8 @@ namespace {
 Consent consent_of(const std::string& answer) {
   if (answer == "self" || answer == "s") return Consent::own;
   if (answer == "given" || answer == "g") return Consent::given;
-  return answer == "nobody" || answer == "n" ? Consent::no_real_person : Consent::not_asked;
+  // No letter: "n" is no.
+  return answer == "nobody" ? Consent::no_real_person : Consent::not_asked;
 }
 
 }  // namespace
@@ -33,7 +34,7 @@ Result<Consent> answered_consent(const std::string& given, bool ask) {
   if (!ask || ::isatty(STDIN_FILENO) == 0 || ::isatty(STDERR_FILENO) == 0) return Consent::not_asked;
   tell(
       "Did the filmed person agree? An avatar can be made to say and do what the person never did.\n"
-      "  s  it is me    g  they agreed    n  nobody real is filmed    anything else: no\n");
+      "  s  it is me    g  they agreed    nobody  nobody real is filmed    anything else: no\n");
   std::string answer;
   std::getline(std::cin, answer);
   const Consent consent = consent_of(answer);

@@ -31,10 +31,12 @@ constexpr std::chrono::seconds kLogEvery(30);
 
 int signal_pipe[2] = {-1, -1};
 
-// A third one ends the process where it stands.
+// A fourth one ends the process where it stands. A terminal that closes says so twice, the shell and the
+// system.
 extern "C" void on_signal(int number) {
   static volatile sig_atomic_t seen = 0;
-  if (seen > 0) ::signal(number, SIG_DFL);
+  if (number == SIGHUP && seen > 0) return;
+  if (seen > 1) ::signal(number, SIG_DFL);
   seen = seen + 1;
   const auto byte = static_cast<unsigned char>(number);  // async-signal-safe: wakes the waiting thread
   [[maybe_unused]] const auto written = ::write(signal_pipe[1], &byte, 1);
@@ -49,9 +51,13 @@ int next_signal() {
 
 // With the second one nothing is finished, but nothing half-written stays either.
 void await_signals(std::stop_source& source) {
+  // timeout and its like send theirs to the process and to its group: that is one.
+  constexpr std::chrono::milliseconds kSame(300);
   next_signal();
   source.request_stop();
-  const int last = next_signal();
+  const Clock::time_point first = Clock::now();
+  int last = next_signal();
+  while (Clock::now() - first < kSame) last = next_signal();
   remove_unfinished();
   ::signal(last, SIG_DFL);
   ::kill(::getpid(), last);

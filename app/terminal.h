@@ -54,8 +54,8 @@ class ProgressLine {
   Progress progress_;
 };
 
-// Requested by the first SIGINT or SIGTERM; a second one ends the process at once, without what it was
-// writing.
+// Requested by the first SIGINT, SIGTERM or SIGHUP; another SIGINT or SIGTERM, not in the same moment, ends
+// the process at once, without what it was writing.
 std::stop_token stop_on_signals();
 
 }  // namespace likeness::app

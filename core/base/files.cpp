@@ -65,12 +65,15 @@ fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
+constexpr const char* kGivenAway = "exports";  // in a project, what is not its owner's alone
+
 // Whether a folder is one that people work in under a lock, or lies in it, and is its owner's alone (mode
 // 0700). What is made there is so, too: a face is not for everybody who has an account on the machine.
 bool is_private(fs::path folder) {
   for (;; folder = folder_of(folder)) {
     struct stat own {};
     if (::stat(folder.c_str(), &own) != 0 || (own.st_mode & (S_IRWXG | S_IRWXO)) != 0) return false;
+    if (folder.filename() == kGivenAway) return false;
     if (::access((folder / ".lock").c_str(), F_OK) == 0) return true;
     if (folder == folder_of(folder)) return false;
   }
@@ -82,7 +85,8 @@ int create_folders(const fs::path& folder) {
   if (folder.empty() || fs::is_directory(folder, ignored)) return 0;
   const fs::path above = folder_of(folder);
   if (const int failed = create_folders(above); failed != 0) return failed;
-  if (::mkdir(folder.c_str(), is_private(above) ? 0700 : 0777) == 0 || errno == EEXIST) return 0;
+  const bool closed = folder.filename() != kGivenAway && is_private(above);
+  if (::mkdir(folder.c_str(), closed ? 0700 : 0777) == 0 || errno == EEXIST) return 0;
   return errno;
 }
 
@@ -170,6 +174,9 @@ std::optional<Part> part_of(const std::string& name) {
   if (!std::regex_match(name, found, form)) return std::nullopt;
   return Part{found[1], pid_t(std::stol(found[2]))};
 }
+
+// Pieces of a film, which outlive their process (core/video/finish_film.h).
+bool is_recording(const Part& part) { return part.name.ends_with(kRecordingMark); }
 
 }  // namespace
 
@@ -310,7 +317,8 @@ void remove_abandoned_parts(const fs::path& folder, std::string_view of) {
   for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored)) {
     const auto part = part_of(it->path().filename().string());
     const bool lives = part && (::kill(part->process, 0) == 0 || errno != ESRCH);
-    if (part && !lives && (name.empty() || part->name == name)) abandoned.push_back(it->path());
+    if (part && !lives && !is_recording(*part) && (name.empty() || part->name == name))
+      abandoned.push_back(it->path());
   }
   for (const fs::path& path : abandoned) fs::remove_all(path, ignored);
 }

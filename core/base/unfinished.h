@@ -6,6 +6,10 @@
 
 namespace likeness {
 
+// In the name of pieces that are a film without an end, too (core/video/finish_film.h): they outlive their
+// process.
+inline constexpr const char* kRecordingMark = ".recording";
+
 void remember_unfinished(const std::filesystem::path& path);  // a file or a folder
 void forget_unfinished(const std::filesystem::path& path);    // it is finished, or gone
 

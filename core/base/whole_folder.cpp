@@ -21,8 +21,11 @@ WholeFolder::~WholeFolder() {
 
 Result<void> WholeFolder::commit() {
   std::error_code failure;
+  // Neither may go once their names change: the new one takes its place, the old one is the only whole one
+  // for a moment.
+  forget_unfinished(temporary_);
   const fs::path old = temporary_name(target_);
-  forget_unfinished(old);  // the only whole one, for a moment
+  forget_unfinished(old);
   if (fs::exists(target_, failure)) fs::rename(target_, old, failure);
   if (!failure) fs::rename(temporary_, target_, failure);
   if (failure) {

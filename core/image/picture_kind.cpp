@@ -74,11 +74,16 @@ class TiffTags {
   bool little_;
 };
 
+// Shorter, or empty, where the file ends before.
+std::string_view part(std::string_view bytes, std::size_t at, std::size_t size) {
+  return at < bytes.size() ? bytes.substr(at, size) : std::string_view();
+}
+
 FoundKind kind_of_tiff(std::string_view bytes) {
   constexpr unsigned kDngVersion = 50706, kPhotometric = 262, kColourFilterArray = 32803, kNewSubfile = 254;
   const TiffTags tags(bytes);
   if (tags.has(kDngVersion)) return {PictureKind::other, "a camera's raw picture (DNG)"};
-  if (bytes.substr(8, 2) == "CR") return {PictureKind::other, "a camera's raw picture (CR2)"};
+  if (part(bytes, 8, 2) == "CR") return {PictureKind::other, "a camera's raw picture (CR2)"};
   // A thumbnail first, or sensor values: NEF, ARW, ORF and their like.
   constexpr unsigned kSubDirectories = 330, kReduced = 1;
   if (tags.has(kPhotometric, kColourFilterArray) ||
@@ -94,7 +99,7 @@ FoundKind picture_kind(std::span<const std::byte> file) {
   if (bytes.starts_with("\x89PNG\r\n\x1A\n"sv)) return {PictureKind::png, {}};
   if (bytes.starts_with("\xFF\xD8"sv)) return {PictureKind::jpeg, {}};
   if (bytes.starts_with("\x76\x2F\x31\x01"sv)) return {PictureKind::exr, {}};
-  if (bytes.starts_with("RIFF"sv) && bytes.substr(8, 4) == "WEBP") return {PictureKind::webp, {}};
+  if (bytes.starts_with("RIFF"sv) && part(bytes, 8, 4) == "WEBP") return {PictureKind::webp, {}};
   if (bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv)) return kind_of_tiff(bytes);
   if (bytes.starts_with("II+\0"sv) || bytes.starts_with("MM\0+"sv)) return {PictureKind::tiff, {}};
   if (bytes.substr(0, 12).size() == 12 && bytes.substr(4, 4) == "ftyp")

@@ -50,7 +50,10 @@ Result<void> look_back(Stage& stage, const std::vector<Job>& jobs, const Cuts& c
 Result<fs::path> unfinished_masks(const Stage& stage) {
   const fs::path folder = stage.folder / "masks.part";
   if (stage.kept && stage.kept->find("edges"))
-    if (auto there = make_writable_folder(folder); there) return folder;
+    if (auto there = make_writable_folder(folder); there) {
+      remove_abandoned_parts(folder);
+      return folder;
+    }
   auto fresh = fresh_folder(folder);
   if (fresh && stage.kept) stage.kept->keep("edges", {});
   return fresh;

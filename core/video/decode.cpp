@@ -441,7 +441,13 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::finish() {
 }
 
 ReadSoFar VideoReader::Impl::so_far() const { return {next_index, info.frame_count, last_time_s}; }
-Error VideoReader::Impl::broken_off() const { return cut_short_error(path, so_far()); }
+Error VideoReader::Impl::broken_off() const {
+  // The disk or the network failed, and the film may be whole: FFmpeg's own errors are no numbers of the
+  // system.
+  if (const int number = AVUNERROR(read_error); number > 0 && number < 4096 && number != EINVAL)
+    return file_error(path, "read", number);
+  return cut_short_error(path, so_far());
+}
 Error VideoReader::Impl::damaged() const { return damaged_error(path, so_far()); }
 
 Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPixels pixels,

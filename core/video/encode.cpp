@@ -58,6 +58,7 @@ struct VideoWriter::Impl {
   std::int64_t next = 0;         // of the codec's ticks: the earliest for the next frame
   std::int64_t frame_ticks = 1;  // that a frame is shown for, if none follows
   bool timed = false, finished = false, survives = false;
+  std::shared_ptr<const int> lock;  // of pieces, while they are written
 
   ~Impl() {
     format.reset();
@@ -147,6 +148,7 @@ Result<void> VideoWriter::Impl::open_file(const EncodeOptions& options) {
   stream->avg_frame_rate = codec->framerate;
   if (const int error = avio_open(&raw->pb, name.c_str(), AVIO_FLAG_WRITE); error < 0)
     return write_error(error);
+  if (survives) lock = lock_pieces(temporary);
   AVDictionary* flags = nullptr;
   av_dict_set(&flags, "movflags", survives ? kPieceFlags : kMovFlags, 0);
   if (survives) raw->flags |= AVFMT_FLAG_FLUSH_PACKETS;

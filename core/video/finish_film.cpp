@@ -6,8 +6,11 @@ extern "C" {
 #include <libavformat/avformat.h>
 }
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <memory>
@@ -16,7 +19,9 @@ extern "C" {
 #include <string>
 #include <system_error>
 
+#include "core/base/file_names.h"
 #include "core/base/files.h"
+#include "core/base/unfinished.h"
 #include "core/video/libav.h"
 #include "core/video/stream_info.h"
 
@@ -26,6 +31,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr std::size_t kLongestStem = 170;  // bytes: with the mark it stays whole in temporary_name()'s form
+
 struct CloseWritten {
   void operator()(AVFormatContext* c) const {
     if (c->pb) avio_closep(&c->pb);
@@ -33,6 +40,12 @@ struct CloseWritten {
   }
 };
 using Written = std::unique_ptr<AVFormatContext, CloseWritten>;
+
+// The disk's or the network's, not the file's: FFmpeg's own errors are tags.
+bool is_disk_error(int error) {
+  const int number = AVUNERROR(error);
+  return number > 0 && number < 4096 && number != EINVAL;
+}
 
 // The pictures of `from`, packet by packet, up to its end or to where it was cut off; negative: an error.
 int copy_pictures(AVFormatContext& from, AVFormatContext& to) {
@@ -55,7 +68,8 @@ int copy_pictures(AVFormatContext& from, AVFormatContext& to) {
   const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
   if (!packet) return AVERROR(ENOMEM);
   std::int64_t count = 0;
-  while (error >= 0 && av_read_frame(&from, packet.get()) >= 0) {
+  int read = 0;
+  while (error >= 0 && (read = av_read_frame(&from, packet.get())) >= 0) {
     if (packet->stream_index != index) {
       av_packet_unref(packet.get());
       continue;
@@ -66,6 +80,7 @@ int copy_pictures(AVFormatContext& from, AVFormatContext& to) {
     ++count;
     error = av_interleaved_write_frame(&to, packet.get());
   }
+  if (error >= 0 && is_disk_error(read)) error = read;  // not the end of what was written
   if (error >= 0 && count == 0) return AVERROR_INVALIDDATA;
   return error < 0 ? error : av_write_trailer(&to);
 }
@@ -105,9 +120,22 @@ fs::path free_place(const fs::path& wanted) {
 
 }  // namespace
 
+std::shared_ptr<const int> lock_pieces(const fs::path& pieces) {
+  const int file = ::open(pieces.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return nullptr;
+  std::shared_ptr<const int> lock(new int(file), [](const int* held) {
+    ::close(*held);
+    delete held;
+  });
+  // Where disks know no locks, the process's number has to do.
+  return ::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK ? nullptr : lock;
+}
+
 fs::path unfinished_film_name(const fs::path& path) {
-  return temporary_name(path.parent_path() /
-                        (path.stem().string() + ".recording" + path.extension().string()));
+  const fs::path name = temporary_name(path.parent_path() / (cut_name(path.stem().string(), kLongestStem) +
+                                                             kRecordingMark + path.extension().string()));
+  forget_unfinished(name);  // what ends the process at once leaves it: it is a film
+  return name;
 }
 
 Result<void> finish_film(const fs::path& pieces, const fs::path& path) {
@@ -115,9 +143,16 @@ Result<void> finish_film(const fs::path& pieces, const fs::path& path) {
   std::error_code ignored;
   if (const int error = copy_film(pieces, temporary); error < 0) {
     fs::remove(temporary, ignored);
+    forget_unfinished(temporary);
     const int number = AVUNERROR(error);
-    if (number > 0 && number < 4096) return commit_file(pieces, path);
-    return Error{ErrorCode::bad_input,
+    if (number == ENOSPC || number == EDQUOT || number == EFBIG) {
+      std::error_code failure;
+      fs::rename(pieces, path, failure);
+      return failure ? Result<void>(file_error(path, "write", failure.value())) : Result<void>();
+    }
+    if (is_disk_error(error)) return file_error(pieces, "read", number);
+    return Error{error == AVERROR_INVALIDDATA || error == AVERROR_STREAM_NOT_FOUND ? ErrorCode::bad_input
+                                                                                   : ErrorCode::failed,
                  fmt::format("{} holds no picture: {}.", pieces.string(), av_text(error)), "Record again.",
                  pieces.string()};
   }
@@ -126,7 +161,7 @@ Result<void> finish_film(const fs::path& pieces, const fs::path& path) {
   return {};
 }
 
-std::vector<fs::path> finish_abandoned_films(const fs::path& folder) {
+std::vector<fs::path> finish_abandoned_films(const fs::path& folder, std::stop_token stop) {
   std::vector<std::pair<fs::path, std::string>> found;
   std::error_code ignored;
   for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored))
@@ -134,6 +169,9 @@ std::vector<fs::path> finish_abandoned_films(const fs::path& folder) {
       found.emplace_back(it->path(), *name);
   std::vector<fs::path> films;
   for (const auto& [pieces, name] : found) {
+    if (stop.stop_requested()) break;
+    const auto lock = lock_pieces(pieces);
+    if (!lock) continue;
     const fs::path place = free_place(folder / name);
     if (const auto finished = finish_film(pieces, place); finished)
       films.push_back(place);

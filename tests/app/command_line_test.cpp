@@ -511,6 +511,7 @@ TEST_F(CommandLine, ATerminalIsAskedWhetherThePersonAgreed) {
   EXPECT_NE(further.find("5 frames"), std::string::npos) << "it went on: " << further;
   const auto [told, unasked] = at_terminal("", {"build", clip, "--project", project, "--consent", "self"});
   EXPECT_EQ(unasked.find("Did the filmed person agree?"), std::string::npos) << unasked;
+  EXPECT_EQ(at_terminal("n\n", {"build", clip, "--project", project}).first, 1) << "no is no";
   EXPECT_EQ(at_terminal("no\n", {"record", (folder_ / "b.mp4").string()}).first, 1);
   EXPECT_FALSE(fs::exists(folder_ / "b.mp4"));
 }

@@ -109,7 +109,7 @@ TEST(StandardStreams, ASecondSignalLeavesNothingHalfWritten) {
     for (int i = 0; i < 2000 && names_in(out).empty(); ++i) ::usleep(5000);
     ASSERT_THAT(names_in(out), Not(testing::IsEmpty())) << name;
     ::kill(child, SIGTERM);
-    ::usleep(300);  // two that wait are one
+    ::usleep(400000);  // two in the same moment are one
     ::kill(child, SIGTERM);
     const int code = wait_program(child);
     EXPECT_TRUE(code == 130 || code == 128 + SIGTERM) << code;

@@ -241,7 +241,7 @@ FuzzFigures fuzz(const FuzzTarget& target) {
     const int complaints = test::complaints_so_far();
     std::string input = damaged(target.seeds, n);
     if (target.repair && n % 2 == 0) target.repair(input);
-    std::snprintf(g_place, sizeof g_place, "fuzz: while %s read input %llu of %zu bytes\n",
+    std::snprintf(g_place, sizeof g_place, "fuzz: while %s read LIKENESS_TRIAL=%llu of %zu bytes\n",
                   target.name.c_str(), static_cast<unsigned long long>(n), input.size());
     ::alarm(600);  // wall time, since the computer may be busy
     const std::size_t before = g_alive;

@@ -68,6 +68,14 @@ Tally run_trials(const std::string& name, const std::function<void(std::uint64_t
   const auto start = Clock::now();
   const Tally before = read_tally(name);
   Tally now;
+  Tally told;
+  auto told_at = start;
+  // Now and then, so that a run that is ended counts, too.
+  const auto tell = [&] {
+    const double seconds = seconds_since(told_at);
+    add_to_tally(name, {now.trials - told.trials, now.found - told.found}, seconds);
+    told = now, told_at = Clock::now();
+  };
   const auto once = [&](std::uint64_t number) {
     const int complaints = complaints_so_far();
     {
@@ -76,6 +84,7 @@ Tally run_trials(const std::string& name, const std::function<void(std::uint64_t
     }
     ++now.trials;
     now.found += complaints_so_far() > complaints;
+    if (seconds_since(told_at) > 10) tell();
   };
   if (const auto only = only_trial()) {
     once(*only);
@@ -83,7 +92,7 @@ Tally run_trials(const std::string& name, const std::function<void(std::uint64_t
     do once(before.trials + now.trials);
     while (seconds_since(start) < trial_seconds());
   }
-  add_to_tally(name, now, seconds_since(start));
+  tell();
   std::printf("%s: %llu trials, of which %llu complained; with those of earlier runs %llu and %llu\n",
               name.c_str(), static_cast<unsigned long long>(now.trials),
               static_cast<unsigned long long>(now.found),

@@ -58,7 +58,7 @@ bool is_wanted(const fs::path& file, Wanted wanted) {
 }  // namespace
 
 bool is_picture_name(const fs::path& path) {
-  constexpr std::array<std::string_view, 6> kEndings{".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"};
+  constexpr std::array<std::string_view, 6> kEndings{".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp"};
   return ends_in(path, kEndings);
 }
 

@@ -183,13 +183,16 @@ void ProjectSession::show_face_frame(int frame) {
 void ProjectSession::open(const fs::path& path) {
   std::error_code ignored;
   const fs::path folder = project_folder_of(path);
+  waiting_clip_.reset();
   if (fs::is_directory(folder, ignored)) {
+    // Asked for again, it may be free by now.
+    if (open_.look_only && same_place(folder, open_.folder)) close();
     if (!fs::exists(folder / "project.json", ignored)) {
       if (const auto project = open_project(folder); !project) context_.notices.fail(project.error());
       return;
     }
     read(folder);
-  } else if (open_.contents && !open_.contents->clip) {
+  } else if (open_.contents && !open_.contents->clip && !open_.look_only) {
     relink(path, true);  // the missing clip, or another one
   } else {
     open_clip(path, Consent::not_asked);
@@ -229,7 +232,7 @@ void ProjectSession::redo_camera() {
 }
 
 void ProjectSession::relink(const fs::path& clip, bool or_open) {
-  if (!open_.contents || open_.is_running()) return;
+  if (!open_.contents || !open_.may_change()) return;
   loading_ = true;
   context_.background.run(
       "relink", [this, folder = open_.folder, clip, or_open](std::stop_token) -> Background::Delivery {
@@ -413,7 +416,12 @@ void ProjectSession::close() {
   refit_.reset();
   overlay_.reset();
   open_ = {};
-  window_.reset();
+  // Not before what still waits to be saved.
+  if (window_)
+    context_.background.run("", [window = std::exchange(window_, nullptr)](std::stop_token) mutable {
+      window.reset();
+      return Background::Delivery();
+    });
   loading_ = false;
   context_.shown.step = Step::film;
   clip_picture_ = check_picture_ = face_picture_ = {};

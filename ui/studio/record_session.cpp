@@ -9,13 +9,16 @@
 
 namespace likeness::ui {
 
-RecordSession::RecordSession(const SessionContext& context) : context_(context) {
-  context_.background.run("recordings", [context, folder = context.projects](std::stop_token) {
-    const auto films = finish_abandoned_films(folder);
-    return Background::Delivery([context, films] {
-      if (!films.empty())
+void RecordSession::finish_abandoned() {
+  recovery_ = std::jthread([context = context_, folder = context_.projects](std::stop_token stop) {
+    const auto films = finish_abandoned_films(folder, stop);
+    if (films.empty()) return;
+    context.background.run("recordings", [context, films](std::stop_token) {
+      return Background::Delivery([context, films] {
         context.notices.message =
-            fmt::format("A recording that was broken off is now in {}.", films.front().string());
+            fmt::format("A recording that was broken off is now in {}{}.", films.front().string(),
+                        films.size() > 1 ? fmt::format(", and {} more beside it", films.size() - 1) : "");
+      });
     });
   });
 }

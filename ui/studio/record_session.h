@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "core/drive/live_driver.h"
 #include "ui/studio/clip_recorder.h"
@@ -19,8 +20,12 @@ struct RecordRequests {
 
 class RecordSession {
  public:
-  // Finishes recordings that a killed studio left in the folder of the projects.
-  explicit RecordSession(const SessionContext& context);
+  explicit RecordSession(const SessionContext& context) : context_(context) {}
+
+  // Finishes recordings that a killed studio left in the folder of new projects, on a thread of its own: a
+  // long one is copied for a while. Once, when the window is there.
+  void finish_abandoned();
+  void end_recovery() { recovery_ = {}; }  // before what it tells is gone
 
   // driver: of an avatar; it lets its camera go before one is opened to record. Null: nothing is driven.
   void start(std::unique_ptr<LiveDriver> driver);
@@ -42,6 +47,7 @@ class RecordSession {
   const SessionContext context_;
   std::unique_ptr<ClipRecorder> recorder_;
   bool opens_ = true;  // the clip, once it is there; not where the program ends
+  std::jthread recovery_;
 };
 
 }  // namespace likeness::ui

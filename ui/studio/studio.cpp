@@ -10,6 +10,7 @@
 #include "core/base/files.h"
 #include "core/base/memory.h"
 #include "core/base/parallel.h"
+#include "ui/studio/commands.h"
 
 namespace likeness::ui {
 
@@ -70,7 +71,8 @@ Situation situation_of(const Snapshot& s) {
   now.driven = s.direct.live.on;
   now.consent = contents && contents->project.consent != Consent::not_asked;
   const CaptureVerdict* verdict = verdict_that_counts(s);
-  now.film_again = verdict && verdict->verdict == Verdict::refilm;
+  // Whoever made it anyway has decided.
+  now.film_again = verdict && verdict->verdict == Verdict::refilm && !contents->capture;
   now.faceless = verdict && verdict->faceless && !contents->capture;
   now.studying = is_working(s.study.job);
   now.can_study = contents && s.study.missing.empty() && !s.study.choice.tables.empty();
@@ -98,9 +100,12 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
             notices_.fail({ErrorCode::failed, "Reading was interrupted: " + what + ".",
                            "Close other programs and try again.", ""});
           },
-          wake_) {}
+          wake_) {
+  recorder_.finish_abandoned();
+}
 
 Studio::~Studio() {
+  recorder_.end_recovery();
   masks_.save();
   direct_.save_all();
   save_settings(context_);
@@ -219,14 +224,20 @@ void Studio::open(const fs::path& path) {
   project_.open(path);
 }
 
-void Studio::choose_projects(const fs::path& folder) {
+void Studio::choose_projects(const fs::path& chosen) {
+  std::error_code ignored;
+  const fs::path folder = fs::absolute(chosen, ignored).lexically_normal();
+  for (fs::path above = folder; above.has_relative_path(); above = above.parent_path())
+    if (fs::exists(above / "project.json", ignored))
+      return notices_.fail({ErrorCode::bad_input, fmt::format("{} is a project.", above.string()),
+                            "Choose the folder it lies in, or another.", above.string()});
   if (const auto usable = make_writable_folder(folder); !usable) return notices_.fail(usable.error());
   projects_ = settings_.projects = folder;
   notices_.error.reset();
   const bool kept = write_settings(options_.settings, settings_).ok();
   notices_.message = fmt::format("New projects go to {}{}.", folder.string(),
                                  kept ? "" : ", until this window is closed: the choice cannot be kept");
-  project_.open_waiting_clip();
+  if (is_enabled(Command::open_clip, snapshot().situation)) project_.open_waiting_clip();
 }
 
 // Whether what went wrong is that nothing can be put where new projects go.

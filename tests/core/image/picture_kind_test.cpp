@@ -32,6 +32,15 @@ std::string tiff_of(std::initializer_list<std::pair<int, int>> tags) {
   return bytes;
 }
 
+TEST(PictureKind, AFileOfAFewBytesIsNone) {
+  for (const std::string& magic : {"RIFF"s, "II*\0"s, "MM\0*"s, "II+\0"s,
+                                   "\0\0\0\x18"
+                                   "ftyp"s,
+                                   "P5"s, ""s})
+    for (std::size_t more = 0; more < 9; ++more)
+      EXPECT_NE(kind_of_bytes(magic + std::string(more, 'x')).kind, PictureKind::webp) << magic << more;
+}
+
 TEST(PictureKind, IsThatOfTheFirstBytes) {
   EXPECT_EQ(kind_of_bytes("\x89PNG\r\n\x1a\n....").kind, PictureKind::png);
   EXPECT_EQ(kind_of_bytes("\xff\xd8\xff\xe0").kind, PictureKind::jpeg);

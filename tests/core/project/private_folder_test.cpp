@@ -52,7 +52,6 @@ TEST_F(PrivateFolder, WhatIsMadeInAProjectIsItsOwnersAlone) {
   // What a library wrote without asking.
   fs::create_directories(folder / "colmap" / "images");
   std::ofstream(folder / "colmap" / "images" / "0.png") << "a face";
-  fs::create_directories(folder / "exports");
   ASSERT_TRUE(write_text(folder / "exports" / "orbit.mp4", "a film").ok());
   fs::create_symlink(root_, folder / "link");
   keep_private(folder);

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <regex>
+
 #include "core/base/files.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
@@ -52,6 +54,30 @@ TEST_F(FinishFilm, WhatAKilledRecordingLeftIsAFilm) {
   EXPECT_GT(count, 60);  // but for what the encoder still held, some seconds
   EXPECT_EQ(reader->info().frame_count, count);
   EXPECT_TRUE(finish_abandoned_films(folder_).empty());
+}
+
+TEST_F(FinishFilm, APieceOfALongNameIsFoundAndNobodyElseRemovesIt) {
+  const std::string name(240, 'n');
+  const fs::path pieces = unfinished_film_name(folder_ / (name + ".mp4"));
+  leave_unfinished(150);
+  fs::rename(folder_ / ".a.recording.999999999-7.part.mp4",
+             folder_ / std::regex_replace(pieces.filename().string(), std::regex(R"(\.\d+-\d+\.part)"),
+                                          ".999999999-7.part"));
+  remove_abandoned_parts(folder_);
+  const auto films = finish_abandoned_films(folder_);
+  ASSERT_EQ(films.size(), 1u);
+  EXPECT_TRUE(films.front().filename().string().starts_with("nnnn"));
+}
+
+TEST_F(FinishFilm, WhatAnotherStillWritesIsLeftAlone) {
+  leave_unfinished(150);
+  const fs::path pieces = folder_ / ".a.recording.999999999-7.part.mp4";
+  auto held = lock_pieces(pieces);
+  ASSERT_TRUE(held);
+  EXPECT_TRUE(finish_abandoned_films(folder_).empty());
+  EXPECT_TRUE(path_exists(pieces));
+  held = nullptr;
+  EXPECT_EQ(finish_abandoned_films(folder_).size(), 1u);
 }
 
 TEST_F(FinishFilm, WhatHoldsNoPictureGoes) {
