@@ -29,7 +29,7 @@ namespace {
 // FFmpeg's names. Every further demuxer and decoder is code that a stranger's file could reach.
 constexpr const char* kContainers =
     "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,asf,flv,ogg,mxf,dv,nut,ivf,h264,hevc,mjpeg,"
-    "mpegvideo,m4v";
+    "mpegvideo,m4v,aac";
 constexpr AVCodecID kPictureCodecs[] = {
     AV_CODEC_ID_H264,  AV_CODEC_ID_HEVC,     AV_CODEC_ID_VP8,        AV_CODEC_ID_VP9,
     AV_CODEC_ID_AV1,   AV_CODEC_ID_MPEG4,    AV_CODEC_ID_MPEG2VIDEO, AV_CODEC_ID_MPEG1VIDEO,
@@ -40,7 +40,7 @@ constexpr AVCodecID kPictureCodecs[] = {
     AV_CODEC_ID_V210,  AV_CODEC_ID_CFHD,     AV_CODEC_ID_FLV1,       AV_CODEC_ID_PNG,
     AV_CODEC_ID_QTRLE, AV_CODEC_ID_UTVIDEO,  AV_CODEC_ID_VP6,        AV_CODEC_ID_VP6F,
     AV_CODEC_ID_VP6A,  AV_CODEC_ID_JPEG2000, AV_CODEC_ID_MSMPEG4V1,  AV_CODEC_ID_MJPEGB,
-    AV_CODEC_ID_H263P, AV_CODEC_ID_R210,     AV_CODEC_ID_V410,       AV_CODEC_ID_CINEPAK};
+    AV_CODEC_ID_H263P, AV_CODEC_ID_R210,     AV_CODEC_ID_V410};
 constexpr AVCodecID kSoundCodecs[] = {
     AV_CODEC_ID_AAC,       AV_CODEC_ID_MP3,       AV_CODEC_ID_MP2,       AV_CODEC_ID_AC3,
     AV_CODEC_ID_EAC3,      AV_CODEC_ID_OPUS,      AV_CODEC_ID_VORBIS,    AV_CODEC_ID_FLAC,

@@ -372,26 +372,27 @@ TEST_F(Colmap, MasksHaveTheNameAndSizeColmapExpects) {
 
 // -- Photographs are checked before colmap runs
 
-TEST_F(Colmap, TruncatedOrOddlySizedPhotographIsRefusedByName) {
+TEST_F(Colmap, TruncatedOrOddlySizedPhotographsAreLeftOutAndMoreThanHalfAreRefusedByName) {
   const fs::path photos = folder_ / "photos";
   for (int i = 0; i < 4; ++i)
     ASSERT_TRUE(write_image(photos / fmt::format("p{}.jpg", i),
                             render_room(small_lens(), look_at({0.1 * i, 0, -1}, {0, 0, 1}))));
   auto bytes = read_file(photos / "p2.jpg");
   ASSERT_TRUE(bytes.ok());
-  ASSERT_TRUE(write_file(photos / "p2.jpg", std::span(*bytes).first(bytes->size() / 2)));
   AlignOptions options;
   options.colmap = stand_in("exit 9");
-  auto result = align_photos(photos, {}, work_, options, {}, {});
-  ASSERT_FALSE(result.ok());
-  EXPECT_EQ(fs::path(result.error().where).filename(), "p2.jpg") << result.error().what;
-  EXPECT_FALSE(result.error().fix.empty());
-
-  ASSERT_TRUE(write_image(photos / "p2.jpg", Image8(180, 240, 3, 90)));
-  result = align_photos(photos, {}, work_, options, {}, {});
+  for (const char* name : {"p1.jpg", "p2.jpg"}) {
+    ASSERT_TRUE(write_file(photos / name, std::span(*bytes).first(bytes->size() / 2)));
+    const auto result = align_photos(photos, {}, work_, options, {}, {});
+    ASSERT_FALSE(result.ok());
+    EXPECT_THAT(result.error().what, HasSubstr("ended with code 9")) << "it went on to COLMAP";
+  }
+  ASSERT_TRUE(write_image(photos / "p3.jpg", Image8(180, 240, 3, 90)));
+  const auto result = align_photos(photos, {}, work_, options, {}, {});
   ASSERT_FALSE(result.ok());
   EXPECT_THAT(result.error().what, HasSubstr("180 x 240 px"));
-  EXPECT_EQ(fs::path(result.error().where).filename(), "p2.jpg");
+  EXPECT_EQ(fs::path(result.error().where).filename(), "p3.jpg");
+  EXPECT_FALSE(result.error().fix.empty());
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ inline Image8 wall_picture(const Intrinsics& lens, const HandheldView& view, con
                            double noise, std::mt19937& random) {
   Image8 picture(lens.width, lens.height, 1);
   const auto map = view_map<double>(lens, lens, view);
-  std::normal_distribution<double> spread(0, noise);
+  std::normal_distribution<double> spread(0, noise > 0 ? noise : 1);
   for (int y = 0; y < lens.height; ++y)
     for (int x = 0; x < lens.width; ++x) {
       const auto place = view_place(map, x + 0.5, y + 0.5);

@@ -85,8 +85,8 @@ TEST_F(Network, RefusesFilesThatAreNotSuchANetwork) {
   EXPECT_EQ(MattingNetwork::load(folder_ / "none.onnx").error().code, ErrorCode::not_found);
   const auto text = MattingNetwork::load(write("Dear diary, this is no network.", ""));
   ASSERT_FALSE(text.ok());
-  EXPECT_THAT(text.error().what, HasSubstr("cannot be read"));
-  EXPECT_THAT(text.error().fix, HasSubstr("ONNX"));
+  EXPECT_THAT(text.error().what, HasSubstr("no ONNX file"));
+  EXPECT_FALSE(text.error().fix.empty());
   const auto lacking = MattingNetwork::load(
       write(tiny_network(32, {1, 0, 0}, {0}), R"({"size_px": 32, "person_channels": [4]})"));
   ASSERT_FALSE(lacking.ok());

@@ -34,7 +34,7 @@ EyePicture film_eyes(const Gaze& gaze, const Pose& cam_from_head, double noise, 
   const std::vector<Vec3f> posed = pose_head(model, shape, face);
   const Raster raster = rasterise(posed, model.triangles, eye_lens(), cam_from_head);
   std::mt19937 random(seed);
-  std::normal_distribution<double> normal(0, noise);
+  std::normal_distribution<double> normal;
   EyePicture out{Image8(kEyeSize, kEyeSize, 1), {}};
   for (std::size_t i = 0; i < raster.triangle.size(); ++i) {
     double level = 90;
@@ -51,12 +51,13 @@ EyePicture film_eyes(const Gaze& gaze, const Pose& cam_from_head, double noise, 
         level = share < 0.4f ? 25 : share < 1 ? 65 : 200;
       }
     }
-    out.grey.data[i] = static_cast<std::uint8_t>(std::clamp(level + normal(random), 0.0, 255.0));
+    out.grey.data[i] = static_cast<std::uint8_t>(std::clamp(level + noise * normal(random), 0.0, 255.0));
   }
   const auto points = landmark_positions(model, posed);
   for (int k = 0; k < kLandmarkCount; ++k)
-    out.landmarks[k] = project<double>(eye_lens(), Vec3d(cam_from_head * points[k].cast<double>())) +
-                       0.15 * noise * Vec2d(normal(random), normal(random)) / std::max(1.0, noise);
+    out.landmarks[k] =
+        project<double>(eye_lens(), Vec3d(cam_from_head * points[k].cast<double>())) +
+        0.15 * noise * Vec2d(noise * normal(random), noise * normal(random)) / std::max(1.0, noise);
   return out;
 }
 

@@ -50,7 +50,7 @@ BundleScene make_scene(int frame_count, double noise_px, double turn = 1, double
     // Some run past either end, so that every frame sees enough of them.
     const int start = static_cast<int>(random() % static_cast<unsigned>(frame_count + 30)) - 40;
     const int from = std::max(0, start),
-              to = std::clamp(start + 50 + static_cast<int>(random() % 50), from + 12, frame_count);
+              to = std::min(std::max(start + 50 + static_cast<int>(random() % 50), from + 12), frame_count);
     BundleTrack track;
     track.point = point + 0.006 * Vec3d(normal(random), normal(random), normal(random));
     const Vec2d slides = Vec2d(std::cos(t), std::sin(t)) * (drift_px / kFocal);
