@@ -56,7 +56,7 @@ constexpr UglyInput kInputs[] = {
     {"23.976.mp4", R"(ff -r 24000/1001 -i "$CLIP" -map 0:v 23.976.mp4)", kGoodFrames, 39 * 1001 / 24000.0},
     {"240.mp4", R"(ff -r 240 -i "$CLIP" -map 0:v 240.mp4)", 0, -1, "at least 30"},
     {"one a second.mp4", R"(ff -r 1 -i "$CLIP" -map 0:v 'one a second.mp4')", kGoodFrames, 39},
-    {"edit list.mp4", R"(ff -ss 0.2 -i "$CLIP" -c copy 'edit list.mp4')", 34, -1},
+    {"edit list.mp4", R"(ff -ss 0.2 -i "$CLIP" -c copy 'edit list.mp4')", 35, -1},
     {"coarse clock.mp4", R"(ff -i "$CLIP" -c:v copy -an -video_track_timescale 30 'coarse clock.mp4')",
      kGoodFrames, kLast_s},
     {"doubled frames.mp4", R"(ff -i "$CLIP" -vf fps=60 -an 'doubled frames.mp4')", 96, -1},
@@ -144,10 +144,11 @@ constexpr UglyInput kInputs[] = {
     {"one byte.mp4", R"(printf x > 'one byte.mp4')", 0, -1, "not a video"},
     {"zeros.mp4", R"(head -c 100000 /dev/zero > zeros.mp4)", 0, -1, "not a video"},
     {"page.mp4", R"(echo '<html><body>404</body></html>' > page.mp4)", 0, -1, "not a video"},
-    {"list.mp4", R"(printf '#EXTM3U\n#EXTINF:1,\n%s\n' "$CLIP" > list.mp4)", 0, -1, "list"},
-    {"joined.mp4", R"(printf "ffconcat version 1.0\nfile '%s'\n" "$CLIP" > joined.mp4)", 0, -1, ""},
+    {"list.mp4", R"(printf '#EXTM3U\n#EXTINF:1,\n%s\n' "$CLIP" > list.mp4)", 0, -1, "list.mp4"},
+    {"joined.mp4", R"(printf "ffconcat version 1.0\nfile '%s'\n" "$CLIP" > joined.mp4)", 0, -1,
+     "none of the kinds"},
     {"archive.mp4", R"(tar cf archive.mp4 "$CLIP" 2> /dev/null)", 0, -1, ""},
-    {"picture.mp4", R"(ff -i "$CLIP" -frames:v 1 x.png && mv x.png picture.mp4)", 0, -1, "frame"},
+    {"picture.mp4", R"(ff -i "$CLIP" -frames:v 1 x.png && mv x.png picture.mp4)", 0, -1, "none of the kinds"},
     {"pipe.mp4", R"(mkfifo pipe.mp4)", 0, -1, "pipe", true},
 
     // Damage.
