@@ -43,6 +43,9 @@ FuzzFigures fuzz(const FuzzTarget& target);
 
 std::string damaged(const std::vector<std::string>& seeds, std::uint64_t seed);  // one input, before repair
 
+// Section files end with the hash of what is before it: puts it right.
+void repair_checksum(std::string& text);
+
 // Where a reader wants a path: a file in memory (/dev/shm) or the temporary folder, rewritten for every
 // input.
 class ScratchFolder {

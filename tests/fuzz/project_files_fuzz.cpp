@@ -10,7 +10,6 @@
 #include <cstring>
 
 #include "core/base/files.h"
-#include "core/base/hash.h"
 #include "core/camera/camera.h"
 #include "core/camera/colmap.h"
 #include "core/camera/colmap_model.h"
@@ -48,14 +47,6 @@ void fuzz_file(const std::string& name, const std::string& file, Write write, Re
   target.repair = std::move(repair);
   target.read = [&](std::span<const std::byte> bytes) { return bool(read(scratch.put(file, bytes))); };
   fuzz(target);
-}
-
-// Section files end with the hash of what is before it.
-void repair_checksum(std::string& text) {
-  if (text.size() < 32) return;
-  const std::size_t end = text.size() - 32;
-  const std::string hash = hash_bytes(std::as_bytes(std::span(text.data(), end)));
-  std::copy(hash.begin(), hash.end(), text.begin() + std::ptrdiff_t(end));
 }
 
 Camera some_camera(int frame) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <span>
 
-#include "core/base/hash.h"
 #include "core/direct/direct_avatar.h"
 #include "core/direct/performance.h"
 #include "core/project/project_views.h"
@@ -19,14 +18,6 @@
 
 namespace likeness {
 namespace {
-
-// Section files end with the hash of what is before it.
-void seal(std::string& text) {
-  if (text.size() < 32) return;
-  const std::size_t end = text.size() - 32;
-  std::ranges::copy(hash_bytes(std::as_bytes(std::span(text.data(), end))),
-                    text.begin() + std::ptrdiff_t(end));
-}
 
 // A camera of few pixels that sees what the avatar's own sees, wherever a file puts that.
 Camera small_camera(const Avatar& avatar) {
@@ -52,7 +43,7 @@ TEST(FuzzUsedFiles, AvatarIsRendered) {
     ASSERT_TRUE(write_avatar(scratch.path() / "avatar.bin", avatar).ok());
     target.seeds.push_back(scratch.get("avatar.bin"));
   }
-  target.repair = seal;
+  target.repair = repair_checksum;
   target.memory_floor = std::size_t(1) << 30;  // a head a metre wide has a large lattice
   target.max_cpu_s = 20;
   target.inputs = 200;
@@ -118,7 +109,7 @@ TEST(FuzzUsedFiles, CheckpointIsTrained) {
   FuzzTarget target;
   target.name = "checkpoint trained";
   target.seeds = {scratch.get("checkpoint.bin")};
-  target.repair = seal;
+  target.repair = repair_checksum;
   target.memory_floor = std::size_t(256) << 20;
   target.max_cpu_s = 20;
   target.inputs = 50;
