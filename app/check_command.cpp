@@ -8,6 +8,7 @@
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/check/check_page.h"
+#include "core/check/checked_clip.h"
 #include "core/check/verdict.h"
 #include "core/face/landmarks.h"
 #include "core/image/files.h"
@@ -46,14 +47,7 @@ nlohmann::json to_json(const Look& look) {
 }
 
 void print_as_json(const ClipMeasures& measures, const CaptureVerdict& verdict) {
-  nlohmann::json remarks = nlohmann::json::array(), looks = nlohmann::json::array();
-  for (const Remark& r : verdict.remarks)
-    remarks.push_back({{"fault", fault_name(r.fault)},
-                       {"grave", r.grave},
-                       {"from_s", r.from_s},
-                       {"to_s", r.to_s},
-                       {"what", r.what},
-                       {"remedy", r.remedy}});
+  nlohmann::json looks = nlohmann::json::array();
   for (const Look& look : measures.looks) looks.push_back(to_json(look));
   nlohmann::json shots = nlohmann::json::array();
   for (const ClipShot& shot : measures.shots)
@@ -64,7 +58,7 @@ void print_as_json(const ClipMeasures& measures, const CaptureVerdict& verdict) 
   const PixelRect& f = measures.film;
   const nlohmann::json film = f.empty() ? nlohmann::json() : nlohmann::json{f.x, f.y, f.width, f.height};
   print_json({{"verdict", verdict_name(verdict.verdict)},
-              {"remarks", remarks},
+              {"remarks", remarks_json(verdict.remarks)},
               {"frames", measures.frames},
               {"seconds", measures.duration_s},
               {"film", film},

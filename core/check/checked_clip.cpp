@@ -36,15 +36,9 @@ double seconds_in(const json& j, const char* key) {
 int count_in(const json& j, const char* key) { return whole_number_in(j.at(key), 0, kMost); }
 
 json verdict_json(const CaptureVerdict& verdict) {
-  json remarks = json::array();
-  for (const Remark& r : verdict.remarks)
-    remarks.push_back({{"fault", fault_name(r.fault)},
-                       {"grave", r.grave},
-                       {"from_s", r.from_s},
-                       {"to_s", r.to_s},
-                       {"what", r.what},
-                       {"remedy", r.remedy}});
-  return {{"verdict", verdict_name(verdict.verdict)}, {"faceless", verdict.faceless}, {"remarks", remarks}};
+  return {{"verdict", verdict_name(verdict.verdict)},
+          {"faceless", verdict.faceless},
+          {"remarks", remarks_json(verdict.remarks)}};
 }
 
 CaptureVerdict verdict_in(const json& j) {
@@ -112,6 +106,18 @@ PartsFacts parts_in(const json& j) {
 }
 
 }  // namespace
+
+json remarks_json(std::span<const Remark> remarks) {
+  json list = json::array();
+  for (const Remark& r : remarks)
+    list.push_back({{"fault", fault_name(r.fault)},
+                    {"grave", r.grave},
+                    {"from_s", r.from_s},
+                    {"to_s", r.to_s},
+                    {"what", r.what},
+                    {"remedy", r.remedy}});
+  return list;
+}
 
 fs::path checked_clip_path(const fs::path& project) { return project / "check.json"; }
 

@@ -3,7 +3,10 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "core/base/result.h"
 #include "core/check/clip_words.h"
@@ -16,6 +19,9 @@ struct CheckedClip {
   CaptureVerdict verdict{};
   ClipFacts facts{};
 };
+
+// As check.json and `check --json` list them.
+nlohmann::json remarks_json(std::span<const Remark> remarks);
 
 std::filesystem::path checked_clip_path(const std::filesystem::path& project);  // the project's folder
 

@@ -152,8 +152,9 @@ constexpr UglyInput kInputs[] = {
     {"pipe.mp4", R"(mkfifo pipe.mp4)", 0, -1, "pipe", true},
 
     // Damage.
-    {"cut short.mp4", R"(head -c 20000 "$CLIP" > 'cut short.mp4')", 0, -1, "", true},
-    {"cut short.mkv", R"(ff -i "$CLIP" -c copy x.mkv && head -c -4000 x.mkv > 'cut short.mkv')", -1, -1, ""},
+    {"cut short.mp4", R"(head -c 20000 "$CLIP" > 'cut short.mp4')", 0, -1, "cut short", true},
+    {"cut short.mkv", R"(ff -i "$CLIP" -c copy x.mkv && head -c -4000 x.mkv > 'cut short.mkv')", -1, -1,
+     "cut short"},
     {"garbled.mkv",
      R"(ff -i "$CLIP" -c copy x.mkv && { head -c 20000 x.mkv; head -c 2000 /dev/urandom; tail -c +22001 x.mkv; } )"
      R"(> garbled.mkv)",
@@ -165,7 +166,7 @@ constexpr UglyInput kInputs[] = {
     {"bars.mp4", R"(ff -f lavfi -i smptebars=s=160x160:d=2:r=30 bars.mp4)", 0, -1, "face"},
     {"black.mp4", R"(ff -f lavfi -i color=black:s=160x160:d=2:r=30 black.mp4)", 0, -1, "face"},
     {"frozen.mp4", R"(ff -i "$CLIP" -vf "loop=60:1:0,trim=end_frame=60" -an frozen.mp4)", -1, -1, ""},
-    {"upside down.mp4", R"(ff -i "$CLIP" -vf vflip -an 'upside down.mp4')", -1, -1, ""},
+    {"upside down.mp4", R"(ff -i "$CLIP" -vf vflip -an 'upside down.mp4')", kGoodFrames, kLast_s},
     {"short.mp4", R"(ff -i "$CLIP" -frames:v 20 -an short.mp4)", 0, -1, "at least 30", true},
     {"one frame.mp4", R"(ff -i "$CLIP" -frames:v 1 -an 'one frame.mp4')", 0, -1, "at least 30"},
 };
